@@ -274,6 +274,9 @@ PROGRAMS: dict[tuple[str, str], NodeSpec] = {
     ("imu_filter_madgwick", "imu_filter_madgwick_node"): _processing(
         "imu_filter_madgwick", "imu_filter", "ImuFilter"
     ),
+    ("irobot_create_nodes", "motion_control"): NodeSpec(
+        "motion_control", "arjuna_nav.nodes.motion_control", "MotionControlNode"
+    ),
     ("joint_state_publisher", "joint_state_publisher"): _processing(
         "joint_state_publisher", "joint_state_publisher", "JointStatePublisher"
     ),

@@ -164,7 +164,9 @@ class GoalServer:
         """Return a result that says why a goal failed; without a code it is the unknown's."""
         result = self._action_type.Result
         unknown = getattr(result, "UNKNOWN", self._unknown)
-        answer = result(error_code=unknown if code is None else code, **fields)
+        answer = result(**fields)
+        if hasattr(answer, "error_code"):  # a Create 3's actions have none
+            answer.error_code = unknown if code is None else code
         if hasattr(answer, "error_msg"):  # the routes' actions have none
             answer.error_msg = reason
         if hasattr(answer, "success"):

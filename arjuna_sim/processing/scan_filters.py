@@ -160,14 +160,17 @@ class Sector:
     range_min: float = param(0.0, "Distance at which it begins.", unit="m")
     range_max: float = param(0.0, "Distance at which it ends.", unit="m")
     clear_inside: bool = param(True, "Whether returns inside are removed, else those outside.")
-    invert: bool = param(False, "Whether the other ones are.")
+    invert: bool = param(False, "Whether those outside are, whatever that says.")
 
     def apply(self, sweep: Sweep, mounted: Mounted, memory: dict[str, Any]) -> Sweep:
         """Return the sweep without the returns of the sector."""
-        turned = (sweep.angles - self.angle_min) % (2.0 * math.pi)
-        within = turned <= (self.angle_max - self.angle_min) % (2.0 * math.pi)
-        within &= (sweep.ranges >= self.range_min) & (sweep.ranges <= self.range_max)
-        removed = within == (self.clear_inside != self.invert)
+        turned, width = sweep.angles - self.angle_min, self.angle_max - self.angle_min
+        if width < 0.0:  # over the back
+            turned, width = np.where(turned < 0.0, turned + math.tau, turned), width + math.tau
+        within = (turned > 0.0) & (turned < width)
+        within &= (sweep.ranges > self.range_min) & (sweep.ranges < self.range_max)
+        removed = within == (self.clear_inside and not self.invert)
+        sweep = replace(sweep, intensities=sweep.intensities * ~removed[: len(sweep.intensities)])
         return sweep.replaced(removed, sweep.range_max + 1.0)
 
 

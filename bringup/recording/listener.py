@@ -78,7 +78,7 @@ class TopicListener:
     no callback of rclpy gives for raw messages.
 
     Args:
-        note: Takes a line about a topic that is found or cannot be subscribed to.
+        note: Takes a line about a topic that cannot be subscribed to.
         overrides: Profiles of topics to use whatever their publishers offer; the queue is as long
             as everywhere at least.
     """
@@ -125,8 +125,8 @@ class TopicListener:
 
     def discover(
         self, takes: Callable[[str, str], bool], unpublished: bool = False, leaves: bool = True
-    ) -> None:
-        """Listen to the chosen topics that somebody publishes on by now.
+    ) -> list[str]:
+        """Listen to the chosen topics that somebody publishes on by now; return the new ones.
 
         A topic whose new publishers offer less than was asked for is subscribed to again.
 
@@ -148,10 +148,7 @@ class TopicListener:
                     found.append(name)
             elif entry is not None and count != entry.publishers:
                 self._adapt(entry, count)
-        if found:
-            listed = 3  # names that a line has room for
-            names = ", ".join(found) if len(found) <= listed else f"{len(found)} topics"
-            self._note(f"listens to {names}")
+        return found
 
     def _adapt(self, entry: _Subscription, count: int) -> None:
         entry.publishers = count

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
 from pathlib import Path
@@ -41,6 +41,7 @@ class Playing:
         note: Callable[[str], None] = lambda line: None,
     ) -> None:
         self.bags, self.options = bags, options
+        self._note = note
         self.on_split: Callable[[Path, Path], None] = lambda closed, opened: None
         known = {name: topic for bag in bags for name, topic in bag.topics.items()}
         recorded = options.recorded_clock and options.takes(CLOCK)
@@ -86,6 +87,8 @@ class Playing:
 
     def burst(self, count: int = 0) -> int:
         """Publish the next messages of a paused playback, 0 for all; return how many."""
+        if self.playback.paused:
+            self._note("Playing next message." if count == 1 else f"Burst {count} messages.")
         done = 0
         while not count or done < count:
             message = self.playback.play_next()
@@ -98,26 +101,29 @@ class Playing:
         """Set the rate; return whether it is one."""
         if rate > 0.0:
             self.playback.rate = rate
+            self._note(f"Set rate to {rate:g}")
         return rate > 0.0
+
+    def pause(self, paused: bool) -> None:
+        """Pause or resume."""
+        self.playback.paused = paused
+        self._note("Pausing play." if paused else "Resuming play.")
 
     def press(self, key: str) -> None:
         """Do what a key means."""
         playback = self.playback
         if key == " ":
-            playback.paused = not playback.paused
+            self.pause(not playback.paused)
         elif key == RIGHT:
             self.burst(1)
         elif key in (UP, DOWN):
-            self.set_rate(playback.rate + (0.1 if key == UP else -0.1))
+            self.set_rate(playback.rate * (1.1 if key == UP else 0.9))
 
 
 def control(playing: Playing, node: Node) -> Controls:
     """Offer rosbag2's services of a player and announce the files that it comes to."""
     from rosbag2_interfaces import srv
     from rosbag2_interfaces.msg import ReadSplitEvent
-
-    def pause(paused: bool) -> None:
-        playback.paused = paused
 
     def seek(request: Any) -> dict[str, bool]:
         playback.seek(request.time.sec * NANOSECONDS + request.time.nanosec)
@@ -126,9 +132,9 @@ def control(playing: Playing, node: Node) -> Controls:
     playback = playing.playback
     controls = Controls(node)
     playing.on_split = controls.announcing(ReadSplitEvent, "events/read_split")
-    controls.add(srv.Pause, "pause", lambda _: pause(True))
-    controls.add(srv.Resume, "resume", lambda _: pause(False))
-    controls.add(srv.TogglePaused, "toggle_paused", lambda _: pause(not playback.paused))
+    controls.add(srv.Pause, "pause", lambda _: playing.pause(True))
+    controls.add(srv.Resume, "resume", lambda _: playing.pause(False))
+    controls.add(srv.TogglePaused, "toggle_paused", lambda _: playing.pause(not playback.paused))
     controls.add(srv.IsPaused, "is_paused", lambda _: {"paused": playback.paused})
     controls.add(srv.GetRate, "get_rate", lambda _: {"rate": playback.rate})
     controls.add(srv.SetRate, "set_rate", lambda each: {"success": playing.set_rate(each.rate)})
@@ -140,6 +146,27 @@ def control(playing: Playing, node: Node) -> Controls:
     controls.add(srv.Stop, "stop", lambda _: playing.stop())
     controls.add(srv.Play, "play", lambda _: {"success": False})  # it plays already
     return controls
+
+
+_KEYS = (
+    "Adding keyboard callbacks.",
+    "Press SPACE for Pause/Resume",
+    "Press CURSOR_RIGHT for Play Next Message",
+    "Press CURSOR_UP for Increase Rate 10%",
+    "Press CURSOR_DOWN for Decrease Rate 10%",
+)
+
+
+def _opening(options: PlayOptions, live: bool) -> Iterator[str]:
+    """Yield what is said first; rosbag2's sentences, which scripts wait for, where it is its."""
+    if options.controlled:
+        yield f"Set rate to {options.rate:g}"
+    if live or (options.controlled and options.keys):
+        yield from _KEYS
+    if options.controlled and options.delay:
+        yield f"Sleep {round(options.delay * NANOSECONDS)} ns"
+    if options.controlled:
+        yield f"Playback until timestamp: {-1 if options.until is None else options.until}"
 
 
 def play(
@@ -160,16 +187,16 @@ def play(
     """
     stop = stop or stopped_by_signals()
     context = new_context(words=[])  # the command line's `--remap` is for the recording's topics
-    node = Node(options.node_name, context=context, **BARE_NODE)
+    bare = {**BARE_NODE, "enable_rosout": options.controlled}
+    node = Node(options.node_name, context=context, **bare)
     try:
         playing = Playing(bags, node, options, show)
         controls = control(playing, node) if options.controlled else None
         with Keys() if options.keys else nullcontext() as keys:
-            if keys is not None and keys.live:
-                show("space pauses and resumes, right plays the next message, up and down")
-                show("change the rate by a tenth, Ctrl-C ends")
+            for line in _opening(options, keys is not None and keys.live):
+                show(line)
             if options.burst is not None:
-                show(f"Burst {playing.burst(options.burst)} messages.")
+                playing.burst(options.burst)
             while not stop.is_set() and not playing.done:
                 pause = min(playing.step(time.monotonic()), poll)
                 if controls is not None:

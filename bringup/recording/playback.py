@@ -34,7 +34,8 @@ class PlayOptions:
             `REQUESTS`; None to publish the events.
         keys: Whether keys are read.
         node_name: The player's node.
-        controlled: Whether it offers rosbag2's services and announces new files.
+        controlled: Whether it is rosbag2's: offers its services, announces new files and logs
+            its sentences.
         burst: How many messages are published at once at the beginning, 0 for all; None for not.
     """
 

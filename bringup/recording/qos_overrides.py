@@ -43,7 +43,7 @@ def read_overrides(path: Path) -> dict[str, QoSProfile]:
             parts = {name: _part(name, value) for name, value in profile.items()}
             found[str(topic)] = QoSProfile(**parts)
         except (InvalidQoSProfileException, ValueError, TypeError, AttributeError) as error:
-            raise InputFileError(path, f"{topic}: {error}") from error
+            raise InputFileError(path, str(error), str(topic)) from error
     return found
 
 
@@ -67,7 +67,7 @@ def _duration(name: str, value: Any) -> Duration:
     if not value:
         return Duration()
     if not isinstance(value, dict) or not {"sec", "nsec"} <= value.keys():
-        raise ValueError(f"{name} has no sec and nsec")
+        raise ValueError("Time overrides must include both seconds (sec) and nanoseconds (nsec).")
     if min(value["sec"], value["nsec"]) < 0:
         raise ValueError(f"{name} may not be negative")
     return Duration(seconds=value["sec"], nanoseconds=value["nsec"])

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-import threading
-import time
 from collections import deque
-from collections.abc import Callable, Mapping
-from contextlib import nullcontext
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -18,12 +15,9 @@ from rosgraph_msgs.msg import Clock
 from arjuna_core.bags.file_writer import McapWriter
 from arjuna_core.bags.topic import TopicQos
 from arjuna_core.bags.writer import BagFolder
-from arjuna_core.ros.context import new_context
 from arjuna_core.ros.process import Process
 from arjuna_core.timing import NANOSECONDS
-from bringup.recording.controls import Controls
 from bringup.recording.listener import BARE_NODE, Received, TopicListener
-from bringup.terminal import Keys, stopped_by_signals
 
 _QUEUED, _TF, _LATCHED = TopicQos(depth=10), TopicQos(depth=100), TopicQos(latched=True, depth=1)
 _SENSOR = TopicQos(depth=5)
@@ -56,7 +50,9 @@ class RecordOptions:
     Attributes:
         takes: Returns whether a topic of a name and a type is recorded.
         node_name: The recorder's node.
-        controlled: Whether it offers rosbag2's services and announces new files.
+        controlled: Whether it is rosbag2's: offers its services, announces new files and logs
+            its sentences.
+        requested: The topics that were named, where those are all that is recorded.
         keys: Whether space pauses and resumes.
         overrides: Profiles of topics whatever their publishers offer.
         discovery: Whether topics that appear later are recorded.
@@ -72,6 +68,7 @@ class RecordOptions:
     takes: Callable[[str, str], bool] = lambda topic, type_name: True
     node_name: str = "recorder"
     controlled: bool = False
+    requested: tuple[str, ...] = ()
     keys: bool = False
     overrides: Mapping[str, QoSProfile] = field(default_factory=dict)
     discovery: bool = True
@@ -110,6 +107,8 @@ class Recorder:
         self._node = node
         self._writer = writer
         self._clock = clock
+        self._note = note
+        self._complete = not (options and options.requested)
         self._options = options = options or RecordOptions()
         self.listener = TopicListener(self._node, note, options.overrides)
         self.messages = 0
@@ -128,10 +127,24 @@ class Recorder:
     def discover(self) -> None:
         """Listen to the topics that are there by now; the recording lists them all."""
         options = self._options
-        self.listener.discover(options.takes, options.unpublished, options.leaves)
+        found = self.listener.discover(options.takes, options.unpublished, options.leaves)
+        self._announce(found)
         for topic in self.listener.topics:
             if options.takes(topic.name, topic.type_name):
                 self._writer.add_topic(topic)
+
+    def _announce(self, found: Sequence[str], listed: int = 3) -> None:
+        """Note the topics that were found: one by one as rosbag2, or in a line of a few names."""
+        if not self._options.controlled:
+            names = ", ".join(found) if len(found) <= listed else f"{len(found)} topics"
+            if found:
+                self._note(f"listens to {names}")
+            return
+        for name in found:
+            self._note(f"Subscribed to topic '{name}'")
+        if not self._complete and len(self.listener.topics) >= len(self._options.requested):
+            self._complete = True
+            self._note("All requested topics are subscribed. Stopping discovery...")
 
     def poll(self) -> None:
         """Write what has arrived; raise RecordingError where the disk refuses."""
@@ -173,6 +186,8 @@ class Recorder:
     def pause(self, paused: bool) -> None:
         """Pause or resume; what has arrived before belongs to the state before."""
         self.poll()
+        if paused != self.paused:
+            self._note("Pausing recording." if paused else "Resuming recording.")
         self.paused = paused
 
     def snapshot(self) -> bool:
@@ -196,26 +211,6 @@ class Recorder:
         self._writer.close(self.listener.lost)
 
 
-def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
-    """Offer rosbag2's services of a recorder and announce the files that it begins."""
-    from rosbag2_interfaces.msg import WriteSplitEvent
-    from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile
-
-    def split(_: object) -> None:
-        recorder.poll()
-        bag.split()
-
-    controls = Controls(node)
-    bag.on_split = controls.announcing(WriteSplitEvent, "events/write_split")
-    controls.add(Pause, "pause", lambda _: recorder.pause(True))
-    controls.add(Resume, "resume", lambda _: recorder.pause(False))
-    controls.add(IsPaused, "is_paused", lambda _: {"paused": recorder.paused})
-    controls.add(SplitBagfile, "split_bagfile", split)
-    if recorder.holds:
-        controls.add(Snapshot, "snapshot", lambda _: {"success": recorder.snapshot()})
-    return controls
-
-
 def demo_recorder(process: Process, path: Path) -> Recorder:
     """Return a recorder of the demo's topics into one new file, stamped with simulated time.
 
@@ -228,71 +223,3 @@ def demo_recorder(process: Process, path: Path) -> Recorder:
     for topic, (type_name, offer) in TOPICS.items():
         recorder.listener.listen(topic, type_name, (offer,))
     return recorder
-
-
-def record(
-    bag: BagFolder,
-    options: RecordOptions,
-    show: Callable[[str], None],
-    stop: threading.Event | None = None,
-) -> None:
-    """Record the chosen topics into a folder until an event is set.
-
-    Args:
-        stop: That event; SIGINT and SIGTERM if None.
-
-    Raises:
-        RecordingError: The disk refuses.
-    """
-    stop = stop or stopped_by_signals()
-    context = new_context()
-    node = Node(options.node_name, context=context, **BARE_NODE)
-    recorder = Recorder(node, bag, show, options=options)
-    controls = control(recorder, node, bag) if options.controlled else None
-    show(f"records into {bag.path}; Ctrl-C ends it")
-    try:
-        with Keys() if options.keys else nullcontext() as keys:
-            _run(recorder, options, controls, keys, stop)
-    finally:
-        recorder.close()
-        context.shutdown()
-        show(_summary(recorder))
-
-
-def _run(
-    recorder: Recorder,
-    options: RecordOptions,
-    controls: Controls | None,
-    keys: Keys | None,
-    stop: threading.Event,
-    poll_period: float = 0.02,
-    flush_period: float = 1.0,
-    settling: float = 1.0,
-) -> None:
-    """Record until stopped; a recorder that is killed loses at most one flush period [s].
-
-    The topics that are there are found within a `settling` time [s].
-    """
-    start = discover = flush = time.monotonic()
-    while not stop.is_set():
-        now = time.monotonic()
-        if now >= discover and (options.discovery or now < start + settling):
-            recorder.discover()
-            discover = now + options.polling_period
-        recorder.poll()
-        if controls is not None:
-            controls.poll()
-        if now >= flush:
-            recorder.flush()
-            flush = now + (flush_period if options.cache else 0.0)
-        if keys is None:
-            stop.wait(poll_period)
-        elif keys.wait(poll_period) == " ":
-            recorder.pause(not recorder.paused)
-
-
-def _summary(recorder: Recorder) -> str:
-    listener = recorder.listener
-    text = f"{recorder.messages} messages of {len(listener.topics)} topics, "
-    lost = ", ".join(f"{topic}: {count}" for topic, count in listener.lost.items())
-    return text + (f"of those published these were lost: {lost}" if lost else "none lost")

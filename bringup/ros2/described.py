@@ -96,6 +96,43 @@ def turtlebot3_spawn() -> LaunchDescription:
     return LaunchDescription([*([remark] if model != "burger" else []), spawner])
 
 
+def turtlebot4() -> LaunchDescription:
+    """Start a Burger that stands on its dock in the warehouse, with a Create 3's motions.
+
+    `nav2`, `localization`, `slam` and `rviz` start those beside it, as the original does.
+
+    Source: turtlebot4_gz_bringup, turtlebot4_gz.launch.py.
+    """
+
+    def started(context: Any) -> list[Any]:
+        given = context.launch_configurations
+        own = f"worlds/{given['world']}.world"
+        words = ["sim", "--robot", str(shipped_file("urdf/burger.urdf")), "--world"]
+        words += [str(shipped_file(own)) if given["world"] == "warehouse" else given["world"]]
+        words += ["--at", given["x"], given["y"], "--heading", given["yaw"]]
+        beside = {
+            "rviz": ["view"],
+            "slam": ["slam", "--param", "synchronous:=true"],
+            "localization": ["nav", "--without-navigation", "--map", given["map"]],
+            "nav2": ["nav", "--without-localization"],
+        }
+        wanted = [command for name, command in beside.items() if given[name].lower() == "true"]
+        namespace = ["--namespace", given["namespace"]] if given["namespace"] else []
+        create3 = Node(
+            package="irobot_create_nodes",
+            executable="motion_control",
+            namespace=given["namespace"],
+            parameters=[{"use_sim_time": True}],
+        )
+        return [*(process([*each, *namespace]) for each in (words, *wanted)), create3]
+
+    known = {"world": "warehouse", "x": "0.0", "y": "0.0", "yaw": "0.0", "namespace": ""}
+    known |= dict.fromkeys(("rviz", "slam", "localization", "nav2"), "false")
+    known["map"] = str(shipped_file("maps/warehouse.yaml"))
+    declared = (DeclareLaunchArgument(name, default_value=text) for name, text in known.items())
+    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+
+
 def cloned_robots() -> LaunchDescription:
     """Drive the robots of `robots` in one world, each by `params_file` (all of one)."""
     return _several(_CLONED, lambda name, given: given["params_file"])

@@ -56,12 +56,20 @@ def _from(least: int, problem: str) -> Callable[[str], int]:
     return count
 
 
-_TYPES: dict[str, Callable[[str], float]] = {
+def _readable(text: str) -> str:
+    """Return the path of a file that can be read."""
+    if not Path(text).is_file():
+        raise argparse.ArgumentTypeError(f"can't open '{text}': it is no file")
+    return text
+
+
+_TYPES: dict[str, Callable[[str], float | str]] = {
     "int": int,
     "float": float,
     "from_zero": factor,
     "positive": positive,
     "count": _from(1, "value must be a positive integer"),
+    "file": _readable,
     "unsigned": _from(0, "value must be non-negative integer"),
 }
 

@@ -111,6 +111,21 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
     ("turtlebot3_bringup", "rviz2.launch.py"): Launch(("view",), {}, ()),
     ("turtlebot3_cartographer", "cartographer.launch.py"): Launch(("slam",), {}, ()),
     ("turtlebot3_navigation2", "navigation2.launch.py"): Launch(("nav",), _MAP),
+    ("turtlebot4_navigation", "localization.launch.py"): Launch(
+        ("nav", "--without-navigation"), {**_MAP, "params": "--params"}
+    ),
+    ("turtlebot4_navigation", "nav2.launch.py"): Launch(("nav", "--without-localization"), _NAV2),
+    ("turtlebot4_navigation", "slam.launch.py"): Launch(
+        ("slam", "--param", "synchronous:=true"),
+        {"params": "--params", "sync": "--param synchronous:={}", **_NAV2},
+        ("autostart", "use_lifecycle_manager"),
+    ),
+    **{
+        ("turtlebot4_viz", f"view_{what}.launch.py"): Launch(
+            ("view",), {"namespace": "--namespace"}, (), ("description", "model")
+        )
+        for what in ("model", "navigation", "robot")
+    },
     ("slam_toolbox", "online_async_launch.py"): _mapper(),
     ("slam_toolbox", "online_sync_launch.py"): _mapper("synchronous:=true"),
     ("slam_toolbox", "offline_launch.py"): _mapper("synchronous:=true"),
@@ -169,6 +184,10 @@ DESCRIBED = {
     },
     ("nav2_route", "route_tool.launch.py"): "route_tool",
     ("slam_toolbox", "merge_maps_kinematic_launch.py"): "merge_maps",
+    **{
+        (f"turtlebot4_{simulator}_bringup", f"turtlebot4_{simulator}.launch.py"): "turtlebot4"
+        for simulator in ("gz", "ignition")
+    },
     ("twist_mux", "twist_mux_launch.py"): "twist_mux",
     ("urdf_launch", "description.launch.py"): "robot",
     ("urdf_launch", "display.launch.py"): "display",

@@ -99,6 +99,11 @@ SHIPPED = {
     "turtlebot3_navigation2/map/map.yaml": "maps/pillar_arena.yaml",
     "turtlebot3_navigation2/map/pillar_arena.png": "maps/pillar_arena.png",
     "turtlebot3_navigation2/param/burger.yaml": "params/arjuna_nav.yaml",
+    "turtlebot4_navigation/config/localization.yaml": "params/arjuna_nav.yaml",
+    "turtlebot4_navigation/config/nav2.yaml": "params/arjuna_nav.yaml",
+    "turtlebot4_navigation/config/slam.yaml": "params/arjuna_slam.yaml",
+    "turtlebot4_navigation/maps/warehouse.png": "maps/warehouse.png",
+    "turtlebot4_navigation/maps/warehouse.yaml": "maps/warehouse.yaml",
 }
 """Files below `share` that are shipped ones."""
 

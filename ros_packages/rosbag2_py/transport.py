@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import threading
 from argparse import Namespace
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from datetime import timedelta
 from pathlib import Path
@@ -15,10 +15,10 @@ from rclpy.qos import QoSProfile
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError
 from bringup.recording.play import play
-from bringup.recording.recorder import record
+from bringup.recording.record import record
+from bringup.ros2.verbs.bag import logged, until
 from bringup.ros2.verbs.bag import play_options as played
 from bringup.ros2.verbs.bag import record_options as recorded
-from bringup.ros2.verbs.bag import until
 from bringup.terminal import stopped_by_signals
 from rosbag2_py.options import StorageOptions
 from rosbag2_py.writer import new_folder
@@ -107,8 +107,7 @@ class _Cancelled:
     _stop: ClassVar[threading.Event | None] = None
 
     def __init__(self, log_level: str = "info") -> None:
-        quiet = log_level in ("warn", "error", "fatal")
-        self._show: Callable[[str], None] = (lambda line: None) if quiet else print
+        self._level = log_level
 
     @classmethod
     def cancel(cls) -> None:
@@ -154,7 +153,7 @@ class Recorder(_Cancelled):
         try:
             options = replace(recorded(words), overrides=overrides)
             folder = new_folder(storage, given.compression_mode, given.compression_threads)
-            record(folder, options, self._show, self._begin())
+            record(folder, options, logged(options.node_name, self._level), self._begin())
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
 
@@ -204,7 +203,7 @@ class Player(_Cancelled):
                 paused=given.start_paused or burst is not None,
                 burst=burst,
             )
-            play(bags, options, self._show, self._begin())
+            play(bags, options, logged(options.node_name, self._level), self._begin())
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
 

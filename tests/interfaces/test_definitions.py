@@ -16,7 +16,7 @@ WITHOUT_HASHES = tuple(
     for package in (
         *("example_interfaces", "composition_interfaces"),
         *("ackermann_msgs", "control_msgs", "rosbag2_interfaces", "vision_msgs"),
-        *("controller_manager_msgs", "gazebo_msgs", "ros_gz_interfaces"),
+        *("controller_manager_msgs", "gazebo_msgs", "irobot_create_msgs", "ros_gz_interfaces"),
     )
 )
 """The packages whose hashes of a release we have not."""

@@ -71,6 +71,7 @@ def _until(done: Callable[[], bool], what: str) -> None:
 
 
 ARJUNA, ROS2_BAG = ("bringup",), ("bringup.ros2.main", "bag")
+FOUND = {ARJUNA: "listens to /count", ROS2_BAG: "Subscribed to topic '/count'"}
 
 
 def _record(folder: Path, program: tuple[str, ...] = ARJUNA) -> Lines:
@@ -104,7 +105,7 @@ def test_what_is_recorded_is_played_and_recorded_again(
     tmp_path: Path, counter: Counter, program: tuple[str, ...]
 ) -> None:
     with _record(tmp_path / "first", program) as recorder:
-        recorder.wait_for("listens to /count")
+        recorder.wait_for(FOUND[program])
         _until(lambda: counter.received, "matching")
         for _ in range(20):
             counter.publish()
@@ -117,7 +118,7 @@ def test_what_is_recorded_is_played_and_recorded_again(
         _record(tmp_path / "second", program) as second,
         Lines("-m", *program, "play", str(tmp_path / "first"), "--loop") as player,
     ):
-        second.wait_for("listens to /count")
+        second.wait_for(FOUND[program])
         _until(lambda: len(numbers(tmp_path / "second")) > 40, "two turns")
         player.process.send_signal(signal.SIGINT)
         assert player.read_to_end() == 0

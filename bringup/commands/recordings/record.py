@@ -54,7 +54,8 @@ def configure(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> int:
     """Record until stopped."""
     from arjuna_core.bags.writer import BagFolder, SplitLimits
-    from bringup.recording.recorder import RecordOptions, record
+    from bringup.recording.record import record
+    from bringup.recording.recorder import RecordOptions
     from bringup.terminal import show
 
     folder = arguments.output or Path(f"{datetime.now().astimezone():rosbag2_%Y_%m_%d-%H_%M_%S}")

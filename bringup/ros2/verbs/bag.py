@@ -9,9 +9,13 @@ from dataclasses import replace
 from datetime import datetime
 from pathlib import Path
 
+from rclpy.logging import LoggingSeverity, get_logger
+from rclpy.qos import QoSProfile
+
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.writer import STORAGES, BagFolder
 from arjuna_core.bags.writer import reindex as write_metadata
+from arjuna_core.errors import InputFileError
 from arjuna_core.timing import NANOSECONDS
 from bringup.recording import summary
 from bringup.recording.convert import convert as write_outputs
@@ -20,8 +24,8 @@ from bringup.recording.play import play as publish
 from bringup.recording.playback import PlayOptions
 from bringup.recording.player import REQUESTS
 from bringup.recording.qos_overrides import read_overrides
+from bringup.recording.record import record as write
 from bringup.recording.recorder import RecordOptions
-from bringup.recording.recorder import record as write
 from bringup.recording.selection import PlayFilter, RecordFilter, is_service
 from bringup.ros2.errors import Ros2Error
 from bringup.terminal import show
@@ -50,18 +54,26 @@ class BagError(Ros2Error):
 def record(arguments: argparse.Namespace) -> None:
     """Record until stopped."""
     options = record_options(arguments)
-    write(folder_of(arguments), options, _shown(arguments.log_level))
+    folder = folder_of(arguments)
+    if folder.format.storage == "sqlite3":
+        opened = folder.path / folder.files[0].name
+        logged("rosbag2_storage", arguments.log_level)(
+            f"Opened database '{opened}' for READ_WRITE."
+        )
+    write(folder, options, logged(options.node_name, arguments.log_level))
 
 
 def record_options(given: argparse.Namespace) -> RecordOptions:
     """Return the recorder's options."""
-    path = given.qos_profile_overrides_path
+    chosen = record_filter(given)
+    others = chosen.all_topics or chosen.all_services or chosen.services or chosen.regex
     return RecordOptions(
-        takes=record_filter(given).takes,
+        takes=chosen.takes,
+        requested=() if others or chosen.topic_types else chosen.topics,
         node_name=given.node_name,
         controlled=True,
         keys=not given.disable_keyboard_controls,
-        overrides=read_overrides(Path(path)) if path else {},
+        overrides=_overrides(given.qos_profile_overrides_path),
         discovery=not given.no_discovery,
         polling_period=given.polling_interval / 1000.0,
         unpublished=given.include_unpublished_topics,
@@ -80,6 +92,9 @@ def record_filter(given: argparse.Namespace) -> RecordFilter:
         BagError: Nothing is chosen, or something is excluded of nothing.
     """
     topics = [*given.topics_positional, *given.topics]
+    if given.topics_positional:
+        use = 'Please use optional "--topics" argument instead.'
+        show(f'[WARN] [ros2bag]: Positional "topics" argument deprecated. {use}')
     all_topics, all_services = given.all or given.all_topics, given.all or given.all_services
     chosen = all_topics or all_services or given.services or given.topic_types or given.regex
     if not chosen and not topics:
@@ -148,12 +163,18 @@ def folder_of(given: argparse.Namespace) -> BagFolder:
 def play(arguments: argparse.Namespace) -> None:
     """Play until the end, or until stopped."""
     bags, options = bags_of(arguments), play_options(arguments)
-    publish(bags, until(options, bags, arguments), _shown(arguments.log_level))
+    for bag in bags:
+        if bag.current_file.suffix == ".db3":
+            opened = f"Opened database '{bag.current_file}' for READ_ONLY."
+            logged("rosbag2_storage", arguments.log_level)(opened)
+    log = logged(options.node_name, arguments.log_level)
+    publish(bags, until(options, bags, arguments), log)
 
 
 def burst(arguments: argparse.Namespace) -> None:
     """Publish the next messages at once, then stand still until stopped."""
-    publish([Bag(Path(arguments.bag_path))], burst_options(arguments), show)
+    options = burst_options(arguments)
+    publish([Bag(Path(arguments.bag_path))], options, logged(options.node_name))
 
 
 def burst_options(given: argparse.Namespace) -> PlayOptions:
@@ -210,12 +231,11 @@ def _played(given: argparse.Namespace) -> PlayOptions:
         *(_regex(each.exclude_regex), _absolute(each.exclude_topics)),
         _absolute(each.exclude_services),
     )
-    path = given.qos_profile_overrides_path
     return PlayOptions(
         takes=chosen.takes,
         offset=given.start_offset,
         remap=dict(_remapped(text) for text in given.remap),
-        overrides=read_overrides(Path(path)) if path else {},
+        overrides=_overrides(given.qos_profile_overrides_path),
         recorded_clock=False,
         node_name="rosbag2_player",
         controlled=True,
@@ -276,9 +296,23 @@ def list_(arguments: argparse.Namespace) -> None:
         show(f"name: {name}\n\t{about}\n\ttype: {cls}" if arguments.verbose else name)
 
 
-def _shown(level: str) -> Callable[[str], None]:
-    """Return what prints the lines of a run, which are all of the level `info`."""
-    return show if level in ("debug", "info") else lambda line: None
+def logged(node_name: str, level: str = "info") -> Callable[[str], None]:
+    """Return what logs the lines of a run, of the level `info`, on standard error as a node's."""
+    logger = get_logger(node_name)
+    logger.set_level(LoggingSeverity[level.upper()])
+    return lambda line: logger.info(line)
+
+
+def _overrides(path: str | None) -> dict[str, QoSProfile]:
+    """Return the profiles of topics in a file.
+
+    Raises:
+        BagError: It is no file of profiles.
+    """
+    try:
+        return read_overrides(Path(path)) if path else {}
+    except InputFileError as error:
+        raise BagError(f"{error.problem} ({path})") from error
 
 
 def _absolute(names: Iterable[str]) -> tuple[str, ...]:

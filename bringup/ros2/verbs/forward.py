@@ -221,7 +221,10 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ),
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
-    **{("tf2_ros", name): f"{_PROGRAMS}.{name}" for name in ("tf2_echo", "tf2_monitor")},
+    **{
+        ("tf2_ros", name): f"{_PROGRAMS}.{name}"
+        for name in ("buffer_server", "tf2_echo", "tf2_monitor")
+    },
     ("tf2_tools", "view_frames"): f"{_PROGRAMS}.view_frames",
     **{("topic_tools", name): f"{_RELAYS}:{name}" for name in ("drop", "relay", "throttle")},
     **{

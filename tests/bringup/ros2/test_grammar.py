@@ -313,6 +313,22 @@ def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -
             ["mpa:=m.yaml (unknown argument; did you mean 'map'?)", "use_respawn:=False"],
         ),
         (
+            "turtlebot4_navigation localization.launch.py map:=m.yaml params:=p.yaml",
+            "nav --without-navigation --map m.yaml --params p.yaml",
+            [],
+        ),
+        (
+            "turtlebot4_navigation nav2.launch.py use_sim_time:=true namespace:=a",
+            "nav --without-localization --namespace a",
+            [],
+        ),
+        (
+            "turtlebot4_navigation slam.launch.py sync:=false params:=p.yaml",
+            "slam --param synchronous:=true --params p.yaml --param synchronous:=false",
+            [],
+        ),
+        ("turtlebot4_viz view_robot.launch.py namespace:=a model:=lite", "view --namespace a", []),
+        (
             "nav2_bringup rviz_launch.py namespace:=a rviz_config:=x.rviz",
             "view --namespace a --config x.rviz",
             [],

@@ -594,6 +594,18 @@ def test_nav2_s_simulation_is_world_navigation_and_view(
     ]
 
 
+def test_a_turtlebot4_is_a_docked_robot_in_the_warehouse(started: Callable[..., Started]) -> None:
+    file = add_prefix() / "share/turtlebot4_gz_bringup/launch/turtlebot4_gz.launch.py"
+    found = started(str(file), "nav2:=true", "localization:=true", "x:=1.0", "namespace:=b")
+    assert found.lines == [
+        "arjuna sim --robot urdf/burger.urdf --world worlds/warehouse.world"
+        " --at 1.0 0.0 --heading 0.0 --namespace b",
+        "arjuna nav --without-navigation --map maps/warehouse.yaml --namespace b",
+        "arjuna nav --without-localization --namespace b",
+        "irobot_create_nodes/motion_control --ros-args -r __ns:=/b",
+    ]
+
+
 def test_a_description_made_by_xacro_keeps_its_text(started: Callable[..., Started]) -> None:
     for name in ("rsp.launch.py", "display.launch.py", "urdf_display.launch.py"):
         text = started(name).parameters[0]["robot_description"]

@@ -9,6 +9,8 @@ from typing import Any
 import pytest
 import rclpy
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
+from irobot_create_msgs import action as create3
+from irobot_create_msgs.msg import DockStatus
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
@@ -18,6 +20,7 @@ from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, QoSProfile
+from turtlebot4_navigation.turtlebot4_navigator import TurtleBot4Directions, TurtleBot4Navigator
 
 
 class StandIn(Node):
@@ -88,6 +91,27 @@ def nav2(monkeypatch: pytest.MonkeyPatch) -> Iterator[StandIn]:
     rclpy.try_shutdown()
 
 
+class Dock(Node):
+    """Drives on and off a dock, and says so."""
+
+    def __init__(self) -> None:
+        super().__init__("dock")
+        self.docked = True
+        ActionServer(self, create3.Dock, "dock", self.execute)
+        ActionServer(self, create3.Undock, "undock", self.execute)
+        status = self.create_publisher(DockStatus, "dock_status", 10)
+        self.create_timer(0.05, lambda: status.publish(DockStatus(is_docked=self.docked)))
+
+    def execute(self, handle: Any) -> Any:
+        undock = isinstance(handle.request, create3.Undock.Goal)
+        if self.docked == undock:
+            self.docked = not undock
+            handle.succeed()
+        else:
+            handle.abort()
+        return (create3.Undock if undock else create3.Dock).Result(is_docked=self.docked)
+
+
 @pytest.fixture
 def navigator(nav2: StandIn) -> Iterator[BasicNavigator]:
     navigator = BasicNavigator()
@@ -112,6 +136,29 @@ def test_a_goal_ends_as_the_server_says(
         pass
     assert navigator.getResult() is result
     assert navigator.getFeedback().distance_remaining == x
+
+
+def test_a_turtlebot4_leaves_its_dock_and_drives(
+    nav2: StandIn, capfd: pytest.CaptureFixture[str]
+) -> None:
+    dock, navigator = Dock(), TurtleBot4Navigator()
+    nav2.executor.add_node(dock)
+    assert navigator.getDockedStatus()
+    navigator.undock()
+    while navigator.getDockedStatus():
+        pass
+    navigator.undock()  # it cannot twice
+    pose = navigator.getPoseStamped([1, 0.5], TurtleBot4Directions.WEST)
+    assert (pose.header.frame_id, pose.pose.position.x) == ("map", 1.0)
+    assert pose.pose.orientation.z == pytest.approx(pose.pose.orientation.w)
+    navigator.startToPose(pose)
+    assert navigator.getResult() is TaskResult.SUCCEEDED
+    navigator.dock()
+    said = capfd.readouterr().err
+    wanted = ("Undock succeeded", "Undock failed", "Goal succeeded!", "Dock succeeded")
+    assert [part for part in wanted if part not in said] == []
+    navigator.destroy_node()
+    dock.destroy_node()
 
 
 def test_a_cancelled_goal_says_so(navigator: BasicNavigator) -> None:

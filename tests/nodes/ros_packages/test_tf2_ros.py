@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import threading
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -12,14 +13,19 @@ import tf2_geometry_msgs  # noqa: F401 - registers the types
 import tf_transformations
 from geometry_msgs.msg import PointStamped, PoseStamped, PoseWithCovarianceStamped
 from rclpy.context import Context
+from rclpy.duration import Duration
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.time import Time
 from std_msgs.msg import String
 from tf2_ros import (
     Buffer,
+    BufferClient,
+    BufferServer,
+    ConnectivityException,
     LookupException,
     StaticTransformBroadcaster,
+    TimeoutException,
     TransformBroadcaster,
     TransformException,
     TransformListener,
@@ -177,3 +183,53 @@ def test_random_rotations_and_vectors_are_drawn() -> None:
 def test_invalid_axes_are_refused() -> None:
     with pytest.raises(ValueError, match="no axes: 'xyz'; valid"):
         tf_transformations.quaternion_from_euler(0.0, 0.0, 0.0, "xyz")
+
+
+@pytest.fixture
+def asked(bench: Bench) -> Iterator[tuple[BufferClient, Buffer]]:
+    """A client, and the buffer that answers it; both are spun by another thread."""
+    buffer = Buffer(node=bench.talker)
+    server = BufferServer(buffer, bench.talker, "tf2_buffer_server")
+    client = BufferClient(bench.listener, "tf2_buffer_server", timeout_padding=Duration(seconds=5))
+    thread = threading.Thread(target=bench.executor.spin, daemon=True)
+    thread.start()
+    assert client.wait_for_server(Duration(seconds=10.0))
+    yield client, buffer
+    bench.executor.shutdown()
+    thread.join(5.0)
+    server.destroy()
+
+
+def test_a_buffer_elsewhere_answers_once_it_knows(asked: tuple[BufferClient, Buffer]) -> None:
+    client, buffer = asked
+    buffer.set_transform_static(transform("base", "lidar", 0.0, 0.5), "test")
+    assert client.lookup_transform("base", "lidar", Time()).transform.translation.x == 0.5
+    point = PointStamped()
+    point.header.frame_id = "lidar"
+    assert client.transform(point, "base").point.x == 0.5
+    later = threading.Timer(
+        0.2, buffer.set_transform, (transform("map", "base", 3.0, 10.0), "test")
+    )
+    later.start()
+    stamp = Time(seconds=3)
+    assert client.can_transform("map", "lidar", stamp, Duration(seconds=5.0))
+    found = client.lookup_transform_full("map", stamp, "lidar", stamp, "map")
+    assert found.transform.translation.x == 10.5
+    later.join()
+
+
+def test_a_buffer_elsewhere_says_why_not(asked: tuple[BufferClient, Buffer]) -> None:
+    client, buffer = asked
+    with pytest.raises(LookupException, match="does not exist"):
+        client.lookup_transform("map", "nowhere", Time())
+    for child in ("a", "b"):
+        buffer.set_transform_static(transform(f"over_{child}", child, 0.0, 1.0), "test")
+    with pytest.raises(ConnectivityException, match=r"a|b"):
+        client.lookup_transform("a", "b", Time())
+    assert not client.can_transform("map", "nowhere", Time())
+
+
+def test_without_a_buffer_elsewhere_a_question_times_out(bench: Bench) -> None:
+    client = BufferClient(bench.listener, "nobody", timeout_padding=Duration(seconds=0.1))
+    with pytest.raises(TimeoutException, match="no answer from nobody within"):
+        client.lookup_transform("map", "base", Time())

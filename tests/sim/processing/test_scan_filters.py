@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -101,6 +102,25 @@ def test_a_sector_is_cleared_inside_or_outside() -> None:
     np.testing.assert_array_equal(got.ranges, [1.0, 11.0, 3.0])
     got = filtered("LaserScanSectorFilter", given, clear_inside=False, **sector)
     np.testing.assert_array_equal(got.ranges, [11.0, 1.0, 11.0])
+    got = filtered("LaserScanSectorFilter", given, clear_inside=False, invert=True, **sector)
+    np.testing.assert_array_equal(got.ranges, [11.0, 1.0, 11.0])
+
+
+@pytest.mark.parametrize(
+    ("angle_min", "angle_max", "expected"),
+    [
+        (-math.pi, math.pi, [11.0, 11.0, 3.0]),  # a whole turn
+        (0.1, -0.1, [11.0, 1.0, 3.0]),  # over the back
+    ],
+)
+def test_a_sector_may_be_a_whole_turn_or_reach_over_the_back(
+    angle_min: float, angle_max: float, expected: list[float]
+) -> None:
+    given = replace(sweep([1.0, 1.0, 3.0], degrees=10), intensities=np.ones(3))
+    sector = {"angle_min": angle_min, "angle_max": angle_max, "range_max": 2.0}
+    got = filtered("LaserScanSectorFilter", given, **sector)
+    np.testing.assert_array_equal(got.ranges, expected)
+    np.testing.assert_array_equal(got.intensities, np.array(expected) < 11.0)
 
 
 def test_veiling_points_between_an_edge_and_the_wall_are_removed() -> None:

@@ -18,7 +18,7 @@ from arjuna_core.bags.topic import TopicQos
 from arjuna_core.bags.writer import BagFolder
 from arjuna_core.ros import qos
 from bringup.recording.message_definitions import type_hash
-from bringup.recording.recorder import Recorder, demo_recorder
+from bringup.recording.recorder import Recorder, RecordOptions, demo_recorder
 from tests.helpers.ros import RosBench
 
 
@@ -75,15 +75,35 @@ def test_later_topics_are_found_and_hidden_ones_left(tmp_path: Path, bench: RosB
     assert deserialize_message(message.data, String).data == "heard"
 
 
-def test_many_topics_are_one_line_and_few_are_named(tmp_path: Path, bench: RosBench) -> None:
+@pytest.mark.parametrize(
+    ("rosbag2", "expected"),
+    [
+        (False, ["listens to 4 topics", "listens to /many4, /many5"]),
+        (
+            True,
+            [
+                *(f"Subscribed to topic '/many{number}'" for number in range(6)),
+                "All requested topics are subscribed. Stopping discovery...",
+            ],
+        ),
+    ],
+    ids=["many topics are one line and few are named", "rosbag2's sentences, the last one once"],
+)
+def test_topics_found_are_noted(
+    tmp_path: Path, bench: RosBench, rosbag2: bool, expected: list[str]
+) -> None:
     notes: list[str] = []
     node = bench.process.make_node("recorder", spun=False)
-    with closing(Recorder(node, BagFolder(tmp_path / "bag"), notes.append)) as recorder:
-        for count in (9, 11):
-            for number in range(count):
-                bench.publish(String, f"/many{number}", String())
-            recorder.listener.discover(lambda name, _: name.startswith("/many"))
-    assert notes == ["listens to 9 topics", "listens to /many10, /many9"]
+    names = tuple(f"/many{number}" for number in range(6))
+    options = RecordOptions(lambda name, _: name in names, controlled=rosbag2, requested=names)
+    bag = BagFolder(tmp_path / "bag")
+    with closing(Recorder(node, bag, notes.append, options=options)) as recorder:
+        for count in (4, 6):
+            for name in names[:count]:
+                bench.publish(String, name, String())
+            recorder.discover()
+        recorder.discover()
+    assert notes == expected
 
 
 def test_a_subscription_yields_to_a_weaker_publisher(tmp_path: Path, bench: RosBench) -> None:

@@ -34,7 +34,7 @@ from arjuna_core.bags.writer import BagFolder, SplitLimits
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from bringup.recording import play as playing
-from bringup.recording import recorder as recording
+from bringup.recording import record as recording
 from bringup.recording.message_definitions import message_definition, type_hash
 from bringup.recording.play import Playing
 from bringup.recording.recorder import Recorder
@@ -620,7 +620,7 @@ def by_keys(stage: Stage) -> None:
     stage.playing.press(UP)
     stage.playing.press(UP)
     stage.playing.press(DOWN)
-    assert round(stage.playing.playback.rate, 3) == 1.1
+    assert round(stage.playing.playback.rate, 3) == 1.089  # 10 % of it, as rosbag2
     stage.playing.press(" ")
     stage.run()
 
@@ -883,6 +883,25 @@ OTHERS = [
     Other("list storage", "the storage plug-ins", lines("mcap", "sqlite3")),
     Other("list compression --verbose", "with a description", prints("name: zstd\n\tZstd")),
     Other(
+        *("play {one} -r 1000 --topics /scan", "rosbag2's sentences"),
+        prints(
+            "[rosbag2_player]: Set rate to 1000",
+            "[rosbag2_player]: Adding keyboard callbacks.",
+            "[rosbag2_player]: Press SPACE for Pause/Resume",
+            "[rosbag2_player]: Press CURSOR_RIGHT for Play Next Message",
+            "[rosbag2_player]: Playback until timestamp: -1",
+        ),
+    ),
+    Other(
+        *("play {one} -r 1000 --topics /scan --log-level warn", "silent below a level"),
+        lines(),
+    ),
+    Other(
+        *("record -a --qos-profile-overrides-path {file}", "half a duration is refused"),
+        *(prints("[ERROR] [ros2bag]: Time overrides must include both seconds (sec) and"), 1),
+        "/scan: {deadline: {sec: 1}}\n",
+    ),
+    Other(
         *("record", "nothing to record is an error"),
         *(prints("[ERROR] [ros2bag]: Need to specify at least one option out of --all"), 1),
     ),
@@ -914,7 +933,7 @@ def test_others(
     row: Other,
     played_bags: dict[str, Path],
     tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    capfd: pytest.CaptureFixture[str],
 ) -> None:
     file = tmp_path / "config.yaml"
     file.write_text(row.file.replace("OUT", str(tmp_path)))
@@ -923,4 +942,4 @@ def test_others(
         (tmp_path / "copy" / "metadata.yaml").unlink()
     paths = {**played_bags, "file": file, "out": tmp_path, "copy": tmp_path / "copy"}
     assert main(["bag", *(word.format(**paths) for word in row.words.split())]) == row.code
-    assert row.holds("".join(capsys.readouterr()), tmp_path)
+    assert row.holds("".join(capfd.readouterr()), tmp_path)
