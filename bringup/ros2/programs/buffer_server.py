@@ -19,4 +19,4 @@ def main(words: list[str]) -> None:
         TransformListener(buffer, client.node)
         BufferServer(buffer, client.node, "tf2_buffer_server")
         while True:
-            client.spin(lambda: False, 1.0)
+            client.pause(1.0)
