@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from arjuna_core.arrays import Floats
@@ -20,7 +22,7 @@ def turn_touches(pose: SE2, turn: float, costmap: Costmap, body: Footprint) -> b
     Cells tell it by half a cell only, and a circle about a body not at all: a wall beside the body
     is nearer than the corners that come round.
     """
-    reach = body.circumscribed_radius
+    reach, turn = body.circumscribed_radius, math.copysign(min(abs(turn), math.tau), turn)
     points = costmap.obstacles(pose.x, pose.y, reach + costmap.frame.resolution)
     turned = np.linspace(0.0, turn, 2 + int(abs(turn) * reach / 0.01))  # a corner moves by 1 cm
     poses = np.column_stack((np.tile((pose.x, pose.y), (len(turned), 1)), pose.theta + turned))

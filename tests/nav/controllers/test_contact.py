@@ -105,3 +105,7 @@ def test_a_robot_before_a_wall_backs_off_before_its_corners_turn_into_it() -> No
         follower.start(polyline([(0.0, 0.0), (0.0, -1.5)], 0.0), 0.0)
         command = follower.tick(pose, STILL, costmap, 0.0).velocity
         assert (command.x < 0.0) is backs, command
+
+
+def test_a_turn_that_goes_round_and_round_is_looked_at_once() -> None:
+    assert turn_touches(SE2(), 1e9, beside(0.005), LONG)
