@@ -1,6 +1,6 @@
-"""Motions of a few legs, driven by odometry alone: a turn, a straight drive, an arc.
+"""Motions of a few legs, closed by odometry alone: a turn, a straight drive, an arc.
 
-Nothing looks out for obstacles: these are the small motions of an iRobot Create 3.
+Nothing looks out for obstacles: these are a student's square, and an iRobot Create 3's motions.
 
 Source: irobot_create_nodes: DriveDistance, DriveArc, RotateAngle, NavigateToPosition, Undock.
 """
@@ -9,25 +9,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
-from arjuna_core.config import param
+import numpy as np
+
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.behaviors.base import InvalidGoalError
-from arjuna_nav.controllers.motion import braking_speed
-
-
-@dataclass(frozen=True)
-class LegsConfig:
-    """How fast the legs begin and end."""
-
-    acceleration: float = param(0.9, "How fast speed changes.", unit="m/s^2", minimum=0.01)
-    rotational_acceleration: float = param(
-        3.0, "How fast the yaw rate changes.", unit="rad/s^2", minimum=0.01
-    )
-    minimum_speed: float = param(0.02, "Least speed.", unit="m/s", minimum=0.001)
-    minimum_yaw_rate: float = param(0.1, "Least yaw rate.", unit="rad/s", minimum=0.001)
+from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
 
 
 @dataclass(frozen=True)
@@ -39,12 +28,14 @@ class Leg:
         angle: To turn by, meanwhile, positive to the left [rad].
         speed: The greatest one [m/s].
         rate: The greatest yaw rate [rad/s].
+        start: Where it begins; None where the robot stands.
     """
 
     distance: float = 0.0
     angle: float = 0.0
     speed: float = 0.3
     rate: float = 1.9
+    start: SE2 | None = None
 
     def __post_init__(self) -> None:
         values = (self.distance, self.angle, self.speed, self.rate)
@@ -89,40 +80,64 @@ class Legs:
 
     Attributes:
         index: The leg that is driven.
-        remaining: What is left of it, [rad] if it turns, else [m].
+        done: How far it has turned, if it is to turn, else come ahead [rad or m].
     """
 
-    def __init__(self, steps: Sequence[Step], config: LegsConfig) -> None:
+    def __init__(self, steps: Sequence[Step], config: TrackerConfig) -> None:
         self._steps, self._config = steps, config
-        self.index, self.remaining = -1, 0.0
-        self._leg, self._last = Leg(), SE2()
-        self._speed = 0.0  # what the leg is driven by, in the unit of what remains
+        self.index, self.done = -1, 0.0
+        self._leg, self._tracker = Leg(), Tracker(config)
+        self._start = self._last = SE2()
 
-    def tick(self, pose: SE2, period: float) -> Velocity | None:
-        """Return what to drive for a period [s]; None at the end."""
-        if self.index >= 0:
-            turned = abs(wrap(pose.theta - self._last.theta))
-            self.remaining -= turned if self._leg.angle else self._last.distance(pose)
-        self._last = pose
-        while self.remaining <= 0.0:
+    @property
+    def remaining(self) -> float:
+        """What is left of the leg, [rad] if it turns, else [m]."""
+        return abs((self._leg.angle or self._leg.distance) - self.done)
+
+    def tick(self, pose: SE2, velocity: Velocity) -> Velocity | None:
+        """Return what to drive at a measured velocity; None at the end."""
+        while True:
+            if self.index >= 0:
+                self._lead(pose)
+                command = self._tracker.compute(pose, velocity, self._leg.speed)
+                if command is not None:
+                    return command
             if self.index + 1 == len(self._steps):
                 return None
             self.index += 1
-            self._leg, self._speed = self._steps[self.index](pose), 0.0
-            self.remaining = abs(self._leg.angle or self._leg.distance)
-        return self._velocity(period)
+            self._begin(self._steps[self.index](pose), pose)
 
-    def _velocity(self, period: float) -> Velocity:
-        leg, config = self._leg, self._config
-        if leg.angle:
-            most, gain, least = leg.rate, config.rotational_acceleration, config.minimum_yaw_rate
-        else:
-            most, gain, least = leg.speed, config.acceleration, config.minimum_speed
-        wanted = min(most, self._speed + gain * period, braking_speed(self.remaining, gain, 0.0))
-        self._speed = max(wanted, min(least, most))
+    def _begin(self, leg: Leg, pose: SE2) -> None:
+        self._leg, self._start, self.done = leg, leg.start or pose, 0.0
+        self._last = self._start
+        self._tracker = Tracker(replace(self._config, max_angular_velocity=leg.rate))
         if not leg.angle:
-            return Velocity(math.copysign(self._speed, leg.distance))
-        return Velocity(
-            self._speed * leg.distance / abs(leg.angle),
-            yaw_rate=math.copysign(self._speed, leg.angle),
-        )
+            self._follow(0.0, 1.0)
+
+    def _lead(self, pose: SE2, most: float = 2.0) -> None:
+        """Note how far it has come, and lead a turn on.
+
+        From half a turn on the shorter side is the wrong one: so its end is led at `most` [rad].
+        """
+        leg = self._leg
+        if not leg.angle:
+            self.done = (self._start.inverse() @ pose).x
+            return
+        self.done += wrap(pose.theta - self._last.theta)
+        self._last = pose
+        ahead = min(max(leg.angle - self.done, -most), most)
+        if leg.distance:
+            now = min(max(self.done / leg.angle, 0.0), 1.0)
+            self._follow(now, min(now + most / abs(leg.angle), 1.0))
+        else:
+            self._tracker.follow(np.array([pose.array(), (pose @ SE2(0.0, 0.0, ahead)).array()]))
+
+    def _follow(self, begin: float, end: float, step: float = 0.02) -> None:
+        """Track a part of the leg, by its shares, through poses every few centimetres [m]."""
+        leg = self._leg
+        shares = np.linspace(begin, end, 2 + int(abs(leg.distance) * (end - begin) / step))
+        whole = np.array([leg.distance, 0.0, leg.angle])
+        poses = [(self._start @ SE2.exp(share * whole)).array() for share in shares]
+        if leg.angle and end == 1.0:
+            poses.append(poses[-1])  # a turn to the end's heading
+        self._tracker.follow(np.array(poses))

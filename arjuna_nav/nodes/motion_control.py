@@ -10,23 +10,27 @@ from typing import Any, NamedTuple
 
 from irobot_create_msgs import action
 from irobot_create_msgs.msg import DockStatus
+from nav_msgs.msg import Odometry
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import header, pose_stamped
+from arjuna_core.ros.convert import header, pose_stamped, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalError, GoalNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import STILL
 from arjuna_nav.behaviors.base import InvalidGoalError
-from arjuna_nav.behaviors.legs import Leg, Legs, LegsConfig, Step, arc, to_position
+from arjuna_nav.behaviors.legs import Leg, Legs, Step, arc, to_position
+from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 
 
 @dataclass(frozen=True)
-class MotionControlConfig(LegsConfig):
+class MotionControlConfig(TrackerConfig):
     """Parameters of motion_control."""
 
+    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
     odom_frame: str = param("odom", "Frame to move in.", read_only=True)
     base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
     transform_tolerance: float = param(
@@ -75,7 +79,7 @@ class MotionControlNode(GoalNode):
         """Create the actions and the dock's status."""
         self._running: tuple[str, Legs] | None = None
         self._dock: SE2 | None = None
-        self._docked = self.config.starts_docked
+        self._docked, self._velocity = self.config.starts_docked, STILL
         self._output = VelocityOutput(self, None, self.config.base_frame)
         self._status = self.publisher(DockStatus, "dock_status", qos.SENSOR_PUBLISHER)
         self._motions = self._known()
@@ -83,6 +87,8 @@ class MotionControlNode(GoalNode):
             name: self.offer(motion.type, name, partial(self._start, name), admit=self._why_not_now)
             for name, motion in self._motions.items()
         }
+        topic = self.config.odom_topic
+        self.subscribe(Odometry, topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(1.0 / self.config.control_frequency, self._tick)
         self.every(0.1, self._publish_status)
 
@@ -125,6 +131,9 @@ class MotionControlNode(GoalNode):
                 _state,
             ),
         }
+
+    def _on_odometry(self, message: Any) -> None:
+        self._velocity = velocity_from_twist(message.twist.twist)
 
     def _pose(self) -> SE2:
         config = self.config
@@ -193,7 +202,7 @@ class MotionControlNode(GoalNode):
             server.cancel(self._result(name))
             return
         try:
-            velocity = legs.tick(self._pose(), 1.0 / self.config.control_frequency)
+            velocity = legs.tick(self._pose(), self._velocity)
         except (InvalidGoalError, TransformError) as error:
             self.halt()
             server.fail(GoalError(0, str(error)))

@@ -7,8 +7,6 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.ros.velocity import VelocityOutput, listeners
 from arjuna_core.se2 import SE2, wrap
@@ -16,7 +14,7 @@ from arjuna_core.twist import STILL, Velocity
 from bringup.client.session import ClientError, Session
 
 if TYPE_CHECKING:
-    from arjuna_nav.controllers.tracker import Tracker
+    from arjuna_nav.behaviors.legs import Leg
 
 ODOM = "odom"
 _REMEDY = "is 'python -m bringup sim' running?"
@@ -121,16 +119,11 @@ class Reckoning:
             speed: [m/s].
             check: Takes the distance driven [m]; raises where the robot must stop.
         """
+        from arjuna_nav.behaviors.legs import Leg
+
         start = self._start()
-        steps = np.linspace(0.0, distance, 2 + int(abs(distance) / 0.02))
-        tracker = self._tracker()
-        tracker.follow(np.array([(start @ SE2(float(x), 0.0)).array() for x in steps]))
-
-        def driven(pose: SE2) -> float:
-            return (start.inverse() @ pose).x
-
-        goal = f"{distance:g} m"
-        done = self._run(tracker, driven, speed, abs(distance) / speed, goal, check)
+        leg = Leg(distance, speed=speed, start=start)
+        done = self._run(leg, abs(distance) / speed, f"{distance:g} m", check)
         return self._ended(start @ SE2(distance, 0.0), done)
 
     def turn(self, angle: float, rate: float) -> float:
@@ -139,19 +132,11 @@ class Reckoning:
         Args:
             rate: Greatest yaw rate [rad/s].
         """
+        from arjuna_nav.behaviors.legs import Leg
+
         start = self._start()
-        tracker = self._tracker(max_angular_velocity=rate)
-        turned, heading = 0.0, start.theta
-
-        def steer(pose: SE2) -> float:
-            nonlocal turned, heading
-            turned, heading = turned + wrap(pose.theta - heading), pose.theta
-            # From half a turn on the shorter side is the wrong one: the end is led there.
-            ahead = min(max(angle - turned, -2.0), 2.0)
-            tracker.follow(np.array([pose.array(), (pose @ SE2(0.0, 0.0, ahead)).array()]))
-            return turned
-
-        done = self._run(tracker, steer, 0.0, abs(angle) / rate, f"{angle:g} rad")
+        leg = Leg(angle=angle, rate=rate, start=start)
+        done = self._run(leg, abs(angle) / rate, f"{angle:g} rad")
         return self._ended(start @ SE2(0.0, 0.0, angle), done)
 
     def _start(self) -> SE2:
@@ -173,36 +158,32 @@ class Reckoning:
         self._end = None if self._interrupted else end
         return done
 
-    def _tracker(self, **values: float) -> Tracker:
-        from arjuna_nav.controllers.tracker import Tracker, TrackerConfig
-
-        return Tracker(replace(TrackerConfig(), **self._tracking, **values))
-
     def _run(
         self,
-        tracker: Tracker,
-        progress: Callable[[SE2], float],
-        speed: float,
+        leg: Leg,
         least: float,
         goal: str,
         check: Callable[[float], None] = lambda done: None,
     ) -> float:
-        """Drive until a tracker is done; return the progress, a function of the pose.
+        """Drive until a leg ends; return how far it came.
 
         Raises:
             ClientError: It takes more than three times its least duration [s].
         """
-        done, duration = 0.0, self._timeout + 3.0 * least
+        from arjuna_nav.behaviors.legs import Legs
+        from arjuna_nav.controllers.tracker import TrackerConfig
+
+        legs = Legs([lambda pose: leg], replace(TrackerConfig(), **self._tracking))
+        duration = self._timeout + 3.0 * least
         for pose, velocity in self._measured(duration):
-            done = progress(pose)
-            wanted = tracker.compute(pose, velocity, speed)
+            wanted = legs.tick(pose, velocity)
             if wanted is None or self._interrupted:
-                return done
-            check(done)
+                return legs.done
+            check(legs.done)
             self._publish(wanted)
         raise ClientError(
-            f"{done:.2f} of {goal} after {duration:.0f} s: does something hold the robot, or does"
-            " something else command it ('ros2 topic info -v /cmd_vel')?"
+            f"{legs.done:.2f} of {goal} after {duration:.0f} s: does something hold the robot, or"
+            " does something else command it ('ros2 topic info -v /cmd_vel')?"
         )
 
     def _measured(self, duration: float) -> Iterator[tuple[SE2, Velocity]]:
