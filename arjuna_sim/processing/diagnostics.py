@@ -94,8 +94,8 @@ class Analyzer:
             return [self._summary([part[0] for part in below if part]), *_flat(below)]
         stale = {n for n, s in self.items.items() if 0.0 <= self.timeout < now - s.at}
         if self.discard_stale:
-            for name in stale:
-                del self.items[name]
+            kept = {n: s for n, s in self.items.items() if n not in stale and s.level != STALE}
+            self.items = kept
         shown = [self._item(s, STALE if s.name in stale else s.level) for s in self.items.values()]
         missing = [name for name in self.expected if name not in self.items]
         shown += [Status(self._below(name), STALE, "Missing") for name in missing]
@@ -155,7 +155,12 @@ class Aggregator:
 
 
 def analyzers(values: Mapping[str, Any], base: str) -> tuple[Analyzer, ...]:
-    """Return the analyzers that dotted parameters name, each `NAME.type`, below a path."""
+    """Return the analyzers that dotted parameters name, each `NAME.type`, below a path.
+
+    Those of a group, and all of them, may stand below `analyzers` or not.
+    """
+    if "analyzers.type" not in values:
+        values = {key.removeprefix("analyzers."): value for key, value in values.items()}
     names = dict.fromkeys(key.partition(".")[0] for key in values if "." in key)
     found = []
     for name in names:
@@ -171,7 +176,6 @@ def _analyzer(name: str, own: Mapping[str, Any], base: str) -> Analyzer:
         return (value,) if isinstance(value, str) else tuple(value)
 
     path = f"{base}/{str(own.get('path') or name).strip('/')}"
-    below = {k.removeprefix("analyzers."): v for k, v in own.items() if k.startswith("analyzers.")}
     removed = (*texts("find_and_remove_prefix"), *texts("remove_prefix"))
     return Analyzer(
         path,
@@ -185,5 +189,5 @@ def _analyzer(name: str, own: Mapping[str, Any], base: str) -> Analyzer:
         timeout=float(own.get("timeout", 5.0)),
         num_items=int(own.get("num_items", -1)),
         discard_stale=bool(own.get("discard_stale", False)),
-        children=analyzers(below, path),
+        children=analyzers({key: own[key] for key in own if "." in key}, path),
     )

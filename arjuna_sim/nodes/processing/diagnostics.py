@@ -31,7 +31,7 @@ def _names(what: str) -> Any:
 
 @dataclass(frozen=True)
 class AnalyzerConfig:
-    """Parameters of an analyzer; those of a group's stand below `analyzers`."""
+    """Parameters of an analyzer; those of a group's stand below it, or below `analyzers` there."""
 
     type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
     path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
@@ -59,6 +59,8 @@ class AggregatorConfig:
         False, "Whether statuses that no analyzer takes are errors.", read_only=True
     )
 
+    critical: bool = param(False, "Whether what is worse than before is published at once.")
+
     @classmethod
     def config_for(cls, values: Mapping[str, Any]) -> type[AggregatorConfig]:
         """Return the class with the analyzers that values name."""
@@ -69,12 +71,12 @@ def _analyzers(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     names = [key.partition(".")[0] for key in values if "." in key]
     found = []
     for name in dict.fromkeys(filter(str.isidentifier, names)):
-        below = f"{name}.analyzers."
+        below = f"{name}."
         own = {k.removeprefix(below): v for k, v in values.items() if k.startswith(below)}
-        config: Any = _single_names(tuple(sorted(_texts(values, name))))
-        if own:
-            inner = with_configs(_Group, _analyzers(own))
-            config = with_configs(config, (("analyzers", inner),))
+        list_of_them = name == "analyzers" and "type" not in own
+        config: Any = _Group if list_of_them else _single_names(tuple(sorted(_texts(own))))
+        if inner := _analyzers(own):
+            config = with_configs(config, inner)
         found.append((name, config))
     return tuple(found)
 
@@ -84,10 +86,10 @@ class _Group:
     """The analyzers below a group."""
 
 
-def _texts(values: Mapping[str, Any], name: str) -> list[str]:
+def _texts(values: Mapping[str, Any]) -> list[str]:
     """Return which names of an analyzer are one text, not a list, as both are valid."""
     keys = (item.name for item in dataclasses.fields(AnalyzerConfig) if item.default == ())
-    return [key for key in keys if isinstance(values.get(f"{name}.{key}"), str)]
+    return [key for key in keys if isinstance(values.get(key), str)]
 
 
 @cache
@@ -114,17 +116,23 @@ class DiagnosticAggregatorNode(ManagedNode):
         self._tree = Aggregator(tree, Analyzer(f"{base}/Other"), config.other_as_errors)
         self._out = self.publisher(DiagnosticArray, "/diagnostics_agg", qos.DEFAULT)
         self._whole = self.publisher(DiagnosticStatus, "/diagnostics_toplevel_state", qos.DEFAULT)
+        self._worst = 0
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.TF)
         self.every(1.0 / config.pub_rate, self._publish)
 
     def _on_diagnostics(self, message: Any) -> None:
+        worse = self._worst
         for one in message.status:
             values = tuple((item.key, item.value) for item in one.values)
             level = int.from_bytes(one.level, "big")
             self._tree.take(Status(one.name, level, one.message, one.hardware_id, values, self.now))
+            worse = max(worse, level)
+        if self.config.critical and worse > self._worst:
+            self._publish()
 
     def _publish(self) -> None:
         statuses, level = self._tree.report(self.now)
+        self._worst = level
         found = DiagnosticArray(header=header("", self.now))
         found.status = [
             DiagnosticStatus(
