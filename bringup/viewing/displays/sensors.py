@@ -136,7 +136,7 @@ class _Measured(Display):
 
 def _scale(low: float, high: float) -> type[Any]:
     """Return the settings of a measured value, whose usual least and greatest these are."""
-    rows = (
+    rows: tuple[tuple[str, float, str, dict[str, Any]], ...] = (
         ("min_intensity", low, "Least value.", {}),
         ("max_intensity", high, "Greatest value.", {}),
         ("alpha", 1.0, "Opacity.", {"minimum": 0.0, "maximum": 1.0}),
