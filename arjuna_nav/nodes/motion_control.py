@@ -45,6 +45,9 @@ class MotionControlConfig(TrackerConfig):
     dock_visible_distance: float = param(
         1.5, "How far away the dock is seen.", unit="m", minimum=0.0
     )
+    safety_override: str = param(
+        "none", "Has no effect: nothing is looked out for.", choices=("none", "backup_only", "full")
+    )
     undock_distance: float = param(0.4, "How far it drives off the dock.", unit="m", minimum=0.05)
 
 

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
 from arjuna_core.config import param
@@ -46,7 +46,7 @@ def _names(what: str) -> Any:
 
 @dataclass(frozen=True)
 class AnalyzerConfig:
-    """Parameters of an analyzer; those of a group's stand below `analyzers`."""
+    """Parameters of an analyzer; those of a group's stand below it, or below `analyzers` there."""
 
     type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
     path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
@@ -75,8 +75,7 @@ class Analyzer:
 
     def __init__(self, config: AnalyzerConfig, path: str) -> None:
         self._config, self.path = config, path
-        group = getattr(config, "analyzers", None)
-        self.children = () if group is None else analyzers(group, path)
+        self.children = tuple(analyzers(config, path))
         self.items: dict[str, Status] = {}
 
     def _texts(self, *keys: str) -> tuple[str, ...]:
@@ -114,8 +113,8 @@ class Analyzer:
             return [self._summary([part[0] for part in below if part]), *_flat(below)]
         stale = {n for n, s in self.items.items() if 0.0 <= self._config.timeout < now - s.at}
         if self._config.discard_stale:
-            for name in stale:
-                del self.items[name]
+            kept = {n: s for n, s in self.items.items() if n not in stale and s.level != STALE}
+            self.items = kept
         shown = [self._item(s, STALE if s.name in stale else s.level) for s in self.items.values()]
         missing = [name for name in self._texts("expected") if name not in self.items]
         shown += [Status(self._below(name), STALE, "Missing") for name in missing]
@@ -174,11 +173,11 @@ class Aggregator:
         return found, ERROR if level > ERROR and min(levels, default=STALE) <= ERROR else level
 
 
-def analyzers(config: Any, base: str) -> tuple[Analyzer, ...]:
-    """Return the analyzers that a configuration holds, below a path."""
-    held = ((item, getattr(config, item.name)) for item in fields(config))
-    return tuple(
-        Analyzer(own, f"{base}/{(own.path or key_of(item)).strip('/')}")
-        for item, own in held
-        if isinstance(own, AnalyzerConfig)
-    )
+def analyzers(config: Any, base: str) -> Iterator[Analyzer]:
+    """Yield the analyzers that a configuration holds, below a path, or below `analyzers` in it."""
+    for item in fields(config):
+        own = getattr(config, item.name)
+        if isinstance(own, AnalyzerConfig):
+            yield Analyzer(own, f"{base}/{(own.path or key_of(item)).strip('/')}")
+        elif is_dataclass(own):
+            yield from analyzers(own, base)

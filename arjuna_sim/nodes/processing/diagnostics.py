@@ -33,6 +33,8 @@ class AggregatorConfig:
         False, "Whether statuses that no analyzer takes are errors.", read_only=True
     )
 
+    critical: bool = param(False, "Whether what is worse than before is published at once.")
+
     @classmethod
     def config_for(cls, values: Mapping[str, Any]) -> type[AggregatorConfig]:
         """Return the class with the analyzers that values name."""
@@ -43,21 +45,20 @@ def _analyzers(values: Mapping[str, Any]) -> tuple[tuple[str, Any], ...]:
     names = [key.partition(".")[0] for key in values if "." in key]
     found = []
     for name in dict.fromkeys(filter(str.isidentifier, names)):
-        below = f"{name}.analyzers."
+        below = f"{name}."
         own = {k.removeprefix(below): v for k, v in values.items() if k.startswith(below)}
-        texts = tuple(sorted(_texts(values, name)))
-        config: Any = with_values(AnalyzerConfig, texts, "", "The only one of them.", True)
-        if own:
-            inner = with_configs(NoParameters, _analyzers(own))
-            config = with_configs(config, (("analyzers", inner),))
-        found.append((name, config))
+        config: Any = NoParameters
+        if name != "analyzers" or "type" in own:
+            texts = tuple(sorted(_texts(own)))
+            config = with_values(AnalyzerConfig, texts, "", "The only one of them.", True)
+        found.append((name, with_configs(config, _analyzers(own))))
     return tuple(found)
 
 
-def _texts(values: Mapping[str, Any], name: str) -> list[str]:
+def _texts(values: Mapping[str, Any]) -> list[str]:
     """Return which names of an analyzer are one text, not a list, as both are valid."""
     keys = (item.name for item in dataclasses.fields(AnalyzerConfig) if item.default == ())
-    return [key for key in keys if isinstance(values.get(f"{name}.{key}"), str)]
+    return [key for key in keys if isinstance(values.get(key), str)]
 
 
 class DiagnosticAggregatorNode(ManagedNode):
@@ -71,20 +72,26 @@ class DiagnosticAggregatorNode(ManagedNode):
         config: AggregatorConfig = self.config
         base = f"/{config.path.strip('/')}" if config.path.strip("/") else ""
         other = Analyzer(AnalyzerConfig(), f"{base}/Other")
-        self._tree = Aggregator(analyzers(config, base), other, config.other_as_errors)
+        self._tree = Aggregator(tuple(analyzers(config, base)), other, config.other_as_errors)
         self._out = self.publisher(DiagnosticArray, "/diagnostics_agg", qos.DEFAULT)
         self._whole = self.publisher(DiagnosticStatus, "/diagnostics_toplevel_state", qos.DEFAULT)
+        self._worst = 0
         self.subscribe(DiagnosticArray, "/diagnostics", self._on_diagnostics, qos.TF)
         self.every(1.0 / config.pub_rate, self._publish)
 
     def _on_diagnostics(self, message: Any) -> None:
+        worse = self._worst
         for one in message.status:
             values = tuple((item.key, item.value) for item in one.values)
             level = int.from_bytes(one.level, "big")
             self._tree.take(Status(one.name, level, one.message, one.hardware_id, values, self.now))
+            worse = max(worse, level)
+        if self.config.critical and worse > self._worst:
+            self._publish()
 
     def _publish(self) -> None:
         statuses, level = self._tree.report(self.now)
+        self._worst = level
         found = DiagnosticArray(header=header("", self.now))
         found.status = [
             DiagnosticStatus(

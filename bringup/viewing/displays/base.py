@@ -24,11 +24,12 @@ DISPLAYS = PluginTypes(
         name: f"{_HERE}.{module}:{name}"
         for module, names in {
             "robot": "RobotModel TF People",
-            "map": "Map",
+            "map": "Map GridCells",
             "clouds": "LaserScan PointCloud2 DepthCloud",
             "poses": "Path Polygon Pose PoseArray ParticleCloud PoseWithCovariance Odometry",
             "markers": "Marker MarkerArray InteractiveMarkers",
-            "sensors": "Range PointStamped Wrench Imu",
+            "sensors": "Range PointStamped Wrench TwistStamped AccelStamped Imu Temperature"
+            " RelativeHumidity Illuminance FluidPressure",
             "panels": "Image Speed LocalizationQuality DistanceToGoal BehaviorTree",
         }.items()
         for name in names.split()

@@ -1,4 +1,4 @@
-"""Maps and costmaps, with their updates."""
+"""Maps and costmaps, with their updates, and cells."""
 
 from __future__ import annotations
 
@@ -9,8 +9,9 @@ from arjuna_core.grid import replace_cells
 from arjuna_core.param import param
 from arjuna_core.pose3 import Pose3
 from bringup.viewing.displays.base import Display, Wanted
-from bringup.viewing.drawing.messages import DRAWN
-from bringup.viewing.drawing.values import Grid, Parts
+from bringup.viewing.drawing.messages import DRAWN, frame_of
+from bringup.viewing.drawing.solids import solids
+from bringup.viewing.drawing.values import Colour, Grid, Parts
 
 
 class Map(Display):
@@ -47,3 +48,23 @@ class Map(Display):
         x, y, _ = self._grid.pose.position
         pose = Pose3((x, y, self.config.height), self._grid.pose.quaternion)
         return {"": replace(self._grid, opacity=opacity, pose=pose)}
+
+
+class GridCells(Display):
+    """Cells as flat squares."""
+
+    types = ("nav_msgs/msg/GridCells",)
+    topic = "grid_cells"
+
+    @dataclass(frozen=True)
+    class Config:
+        color: Colour = param((25, 255, 0), "Colour.")
+        alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
+
+    def take(self, message: Any) -> Parts:
+        size = (message.cell_width, message.cell_height, 0.01)
+        if not min(size) > 0.0:
+            raise ValueError(f"its cells are {size[0]:g} x {size[1]:g} m")
+        style = (1.0, 0.0, 0.0, 0.0), size, self.config.color, self.config.alpha
+        rows = [((at.x, at.y, at.z), *style) for at in message.cells]
+        return {"": solids("box", rows, frame=frame_of(message))}

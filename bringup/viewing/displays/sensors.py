@@ -1,15 +1,15 @@
-"""Readings at a sensor: ranges, points, forces and accelerations."""
+"""Readings at a sensor: ranges, points, forces, motions, and values such as temperatures."""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import dataclass, make_dataclass
+from typing import Any, ClassVar
 
 import numpy as np
 
 from arjuna_core.param import param
-from bringup.viewing.displays.base import Display
+from bringup.viewing.displays.base import Display, rainbow
 from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.solids import arrow_pose, solids
 from bringup.viewing.drawing.values import Axes, Colour, Parts
@@ -59,11 +59,28 @@ class PointStamped(Display):
         return {"": solids("sphere", [row], frame=frame_of(message))}
 
 
-class Wrench(Display):
+class _TwoVectors(Display):
+    """A pair of vectors as arrows; `parts` names the message's field of them, and theirs."""
+
+    parts: ClassVar[tuple[str, ...]]
+
+    def take(self, message: Any) -> Parts:
+        config, (field, *names) = self.config, self.parts
+        rows: list[Any] = []
+        for name in names:
+            scale = getattr(config, f"{name}_arrow_scale")
+            colour = getattr(config, f"{name}_color")
+            vector = getattr(getattr(message, field), name)
+            rows.append(_arrow(vector, scale, config.arrow_width, colour))
+        return {"": solids("arrow", [row for row in rows if row], frame=frame_of(message))}
+
+
+class Wrench(_TwoVectors):
     """A force and a torque as arrows."""
 
     types = ("geometry_msgs/msg/WrenchStamped",)
     topic = "wrench"
+    parts = "wrench", "force", "torque"
 
     @dataclass(frozen=True)
     class Config:
@@ -73,14 +90,88 @@ class Wrench(Display):
         torque_arrow_scale: float = param(2.0, "Length for 1 N m.", unit="m", minimum=0.0)
         arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
 
+
+class TwistStamped(_TwoVectors):
+    """A velocity and a rate of turning as arrows."""
+
+    types = ("geometry_msgs/msg/TwistStamped",)
+    topic = "twist"
+    parts = "twist", "linear", "angular"
+
+    @dataclass(frozen=True)
+    class Config:
+        linear_color: Colour = param((204, 51, 51), "Colour of what moves along.")
+        angular_color: Colour = param((204, 204, 51), "Colour of what turns.")
+        linear_arrow_scale: float = param(2.0, "Length for 1 in SI units.", unit="m", minimum=0.0)
+        angular_arrow_scale: float = param(2.0, "Length for 1 in SI units.", unit="m", minimum=0.0)
+        arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
+
+
+class AccelStamped(_TwoVectors):
+    """An acceleration and one of turning as arrows."""
+
+    types = ("geometry_msgs/msg/AccelStamped",)
+    topic = "accel"
+    parts = "accel", "linear", "angular"
+    Config = TwistStamped.Config
+
+
+class _Measured(Display):
+    """A value as a ball where the sensor is, from red for the least to magenta.
+
+    Attributes:
+        value: The message's field of it.
+    """
+
+    value: ClassVar[str]
+
     def take(self, message: Any) -> Parts:
-        config, rows = self.config, []
-        for vector, colour, scale in (
-            (message.wrench.force, config.force_color, config.force_arrow_scale),
-            (message.wrench.torque, config.torque_color, config.torque_arrow_scale),
-        ):
-            rows.append(_arrow(vector, scale, config.arrow_width, colour))
-        return {"": solids("arrow", [row for row in rows if row], frame=frame_of(message))}
+        config, value = self.config, float(getattr(message, self.value))
+        if not math.isfinite(value):
+            return {}
+        (colour,) = rainbow([value], config.min_intensity, config.max_intensity)
+        row = ((0.0, 0.0, 0.0), (1.0, 0.0, 0.0, 0.0), 3 * (config.size_m,), colour, config.alpha)
+        return {"": solids("sphere", [row], frame=frame_of(message))}
+
+
+def _scale(low: float, high: float) -> type[Any]:
+    """Return the settings of a measured value, whose usual least and greatest these are."""
+    rows: tuple[tuple[str, float, str, dict[str, Any]], ...] = (
+        ("min_intensity", low, "Least value.", {}),
+        ("max_intensity", high, "Greatest value.", {}),
+        ("alpha", 1.0, "Opacity.", {"minimum": 0.0, "maximum": 1.0}),
+        ("size_m", 0.1, "Size.", {"unit": "m", "minimum": 0.001, "maximum": 10.0}),
+    )
+    fields = [(name, float, param(value, what, **more)) for name, value, what, more in rows]
+    return make_dataclass("Config", fields, frozen=True)
+
+
+class Temperature(_Measured):
+    """A temperature [deg C]."""
+
+    types, topic, value = ("sensor_msgs/msg/Temperature",), "temperature", "temperature"
+    Config = _scale(0.0, 100.0)
+
+
+class RelativeHumidity(_Measured):
+    """A humidity, 0 to 1."""
+
+    types, topic = ("sensor_msgs/msg/RelativeHumidity",), "humidity"
+    value, Config = "relative_humidity", _scale(0.0, 1.0)
+
+
+class Illuminance(_Measured):
+    """A light [lx]."""
+
+    types, topic, value = ("sensor_msgs/msg/Illuminance",), "illuminance", "illuminance"
+    Config = _scale(0.0, 1000.0)
+
+
+class FluidPressure(_Measured):
+    """A pressure [Pa]."""
+
+    types, topic, value = ("sensor_msgs/msg/FluidPressure",), "pressure", "fluid_pressure"
+    Config = _scale(98000.0, 105000.0)
 
 
 class Imu(Display):

@@ -9,6 +9,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+from launch_testing.tools import basic_output_filter, expect_output, output
+from launch_testing.tools.text import normalize_lineseps
 
 from arjuna_core.files.shipped import shipped_file
 
@@ -242,3 +244,19 @@ def test_what_the_page_shows_runs(tmp_path: Path) -> None:
     steps = ["test_steps.py", "--deselect", "test_steps.py::test_it_drives_round_the_box[1]"]
     ended = run(tmp_path, launched, "-m", "pytest", "-q", *steps, "test_it.py")
     assert "3 passed, 1 deselected" in ended.stdout, ended.stdout + ended.stderr
+
+
+def test_tools_have_the_modules_of_the_original(tmp_path: Path) -> None:
+    assert normalize_lineseps("a\r\nb\r\n") == "a\nb\n"
+    assert normalize_lineseps("a\nb") == "a\nb"
+    (tmp_path / "said.txt").write_text("one\ntwo\n")
+    (tmp_path / "seen.regex").write_text("[0-9]+\n")
+    assert expect_output(
+        expected_text=output.expected_output_from_file(str(tmp_path / "said")), text="one\ntwo"
+    )
+    (pattern,) = output.expected_output_from_file(str(tmp_path / "seen"))
+    assert pattern.match("17")
+    with pytest.raises(FileNotFoundError, match="is there"):
+        output.expected_output_from_file(str(tmp_path / "nothing"))
+    drop = basic_output_filter(filtered_prefixes=output.get_default_filtered_prefixes())
+    assert drop("pid 1\nkept\n") == "kept\n"

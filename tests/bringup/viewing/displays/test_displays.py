@@ -59,6 +59,21 @@ def wrench(force: Any, torque: Any) -> Any:
     return make(f"{GEOMETRY}/WrenchStamped", header=header("wrist"), wrench=both)
 
 
+def moving(kind: str) -> Any:
+    both = make(f"{GEOMETRY}/{kind}", linear=vector(1.0), angular=vector(0.0, 0.0, 2.0))
+    return stamped(f"{kind}Stamped", **{kind.lower(): both})
+
+
+def measured(kind: str, field: str, value: float) -> Any:
+    return make(f"{SENSORS}/{kind}", header=header("sensor"), **{field: value})
+
+
+def cells(size: float) -> Any:
+    at = [make(f"{GEOMETRY}/Point", x=x) for x in (0.5, 1.0)]
+    kind, sizes = "nav_msgs/msg/GridCells", {"cell_width": size, "cell_height": size}
+    return make(kind, header=header("map"), cells=at, **sizes)
+
+
 def imu(w: float) -> Any:
     turn = make(f"{GEOMETRY}/Quaternion", w=w)
     return make(
@@ -127,6 +142,18 @@ TRAIL = [odometry(x, 0.5) for x in (0.0, 0.05, 0.2, 0.4)]
         ("Range", [ranging(2.0)], {"alpha": 0.3}, Solids, {"shape": "cone", "frame": "sonar"}),
         ("PointStamped", [stamped("PointStamped")], {}, Solids, {"shape": "sphere"}),
         ("Wrench", [wrench(vector(1), vector(0, 1))], {}, Solids, {"frame": "wrist"}),
+        ("TwistStamped", [moving("Twist")], {}, Solids, {"shape": "arrow", "frame": "map"}),
+        ("AccelStamped", [moving("Accel")], {}, Solids, {"shape": "arrow", "frame": "map"}),
+        *(
+            (kind, [measured(kind, field, 1.0)], {}, Solids, {"frame": "sensor"})
+            for kind, field in (
+                ("Temperature", "temperature"),
+                ("RelativeHumidity", "relative_humidity"),
+                ("Illuminance", "illuminance"),
+                ("FluidPressure", "fluid_pressure"),
+            )
+        ),
+        ("GridCells", [cells(0.5)], {"alpha": 0.5}, Solids, {"shape": "box", "frame": "map"}),
         ("LaserScan", [scan(0.0)], {}, Points, {"frame": "base_link", "floor": True}),
         ("LaserScan", [scan(0.0)], {"on_floor": False, "size_m": 0.1}, Points, {"size": 0.1}),
         ("Map", [grid()], {}, Grid, {"opacity": None, "frame": "map"}),
@@ -195,6 +222,21 @@ def test_a_range_is_a_cone_from_the_sensor_while_it_is_within_its_limits(
     if cones:
         assert drawn[""].positions.tolist() == [[1.0, 0.0, 0.0]]
         assert drawn[""].sizes[0] == pytest.approx([2.0, 4.0, 4.0])
+
+
+@pytest.mark.parametrize(("value", "colour"), [(-5.0, [255, 0, 0]), (100.0, [255, 0, 255])])
+def test_a_temperature_is_a_ball_as_warm_as_its_colour(value: float, colour: list[int]) -> None:
+    drawn = taken("Temperature", measured("Temperature", "temperature", value), size_m=0.4)[""]
+    assert drawn.colours.tolist() == [colour]
+    assert drawn.sizes.tolist() == [[pytest.approx(0.4)] * 3]
+    assert taken("Temperature", measured("Temperature", "temperature", math.nan)) == {}
+
+
+def test_cells_are_squares_of_their_size() -> None:
+    drawn = taken("GridCells", cells(0.5), color=(1, 2, 3))[""]
+    assert drawn.positions[:, 0].tolist() == [0.5, 1.0]
+    assert drawn.sizes[0, :2].tolist() == [0.5, 0.5]
+    assert drawn.colours[0].tolist() == [1, 2, 3]
 
 
 def test_a_wrench_is_two_arrows_as_long_as_they_are_strong() -> None:
@@ -357,6 +399,7 @@ def test_the_behavior_tree_shows_what_runs_first() -> None:
     [
         ("PointStamped", stamped("PointStamped", point=pose(math.nan).position), "not finite"),
         ("Wrench", wrench(vector(math.inf), vector(0.0)), "a vector is not finite"),
+        ("GridCells", cells(0.0), "its cells are 0 x 0 m"),
         ("Pose", stamped("PoseStamped", pose=pose(math.nan)), "is not finite"),
         ("PointCloud2", cloud((1.0, 2.0), fields="xy"), "without x, y and z; its fields: x, y"),
         ("PointCloud2", cloud(*ROWS, data=np.zeros(5, np.uint8)), "of 5 bytes is too short"),

@@ -88,3 +88,27 @@ def test_a_number_of_items_is_held_to_and_stale_ones_may_go(bench: RosBench) -> 
     bench.advance(4.0)
     assert _levels(out[-1]) == {"/one": 2}
     assert out[-1].status[0].message == "Expected 1, found 0"
+
+
+def test_analyzers_may_stand_below_a_word_and_those_of_a_group_below_none(bench: RosBench) -> None:
+    out = bench.collect(DiagnosticArray, "/diagnostics_agg")
+    names = {name: {"type": GENERIC, "contains": name, "discard_stale": True} for name in "ab"}
+    group = {"type": "diagnostic_aggregator/AnalyzerGroup", "path": "both", **names}
+    start(bench, DiagnosticAggregatorNode(bench.process, {"analyzers": {"part": group}}))
+    _say(bench, "/a", level=DiagnosticStatus.STALE)  # by its own word
+    _say(bench, "/b")
+    bench.advance(1.0)
+    assert _levels(out[-1]) == {"/both": 0, "/both/a": 0, "/both/b": 0, "/both/b/b": 0}
+
+
+def test_what_is_worse_is_published_at_once_where_it_is_critical(bench: RosBench) -> None:
+    whole = bench.collect(DiagnosticStatus, "/diagnostics_toplevel_state")
+    values = {"one": {"type": GENERIC, "contains": "a"}, "critical": True}
+    start(bench, DiagnosticAggregatorNode(bench.process, values))
+    _say(bench, "a")
+    bench.advance(1.0)
+    before = len(whole)
+    _say(bench, "a", level=DiagnosticStatus.ERROR)
+    _say(bench, "a", level=DiagnosticStatus.ERROR)
+    bench.advance(0.1)
+    assert [one.level for one in whole[before:]] == [DiagnosticStatus.ERROR]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
 
@@ -98,37 +98,3 @@ def launch_process(
             end = ShutdownProcess(process_matcher=lambda one: one is process_action)
             launch_service.emit_event(end)
             proxy.wait_for_shutdown(timeout=15.0)
-
-
-def basic_output_filter(
-    *, filtered_prefixes: Iterable[str] = (), filtered_patterns: Iterable[Any] = ()
-) -> Callable[[str], str]:
-    """Return what drops lines that begin with a prefix, or that a compiled pattern matches."""
-    prefixes, patterns = tuple(filtered_prefixes), list(filtered_patterns)
-
-    def filtered(text: str) -> str:
-        return "".join(
-            line
-            for line in text.splitlines(keepends=True)
-            if not line.startswith(prefixes) and not any(one.match(line) for one in patterns)
-        )
-
-    return filtered
-
-
-def expect_output(
-    *,
-    expected_text: Any = None,
-    expected_lines: Any = None,
-    text: str | None = None,
-    lines: Any = None,
-    strict: bool = False,
-) -> bool:
-    """Return whether a text, or lines, hold what is expected; with `strict` nothing else."""
-    expected = expected_text if expected_lines is None else list(expected_lines)
-    given = "\n".join(lines) if text is None else text
-    if strict and not isinstance(expected, str):
-        found = given.splitlines()
-        pairs = zip(found, expected, strict=False)
-        return len(found) == len(expected) and all(text_matcher(e)(line) for line, e in pairs)
-    return given == expected if strict else text_matcher(expected)(given)

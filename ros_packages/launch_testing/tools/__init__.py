@@ -1,0 +1,22 @@
+"""What a test starts by itself, and how it compares what that writes."""
+
+from launch_testing.tools.output import (
+    basic_output_filter,
+    expect_output,
+    expected_output_from_file,
+    get_default_filtered_patterns,
+    get_default_filtered_prefixes,
+)
+from launch_testing.tools.process import ProcessProxy, launch_process
+from launch_testing.tools.text import normalize_lineseps
+
+__all__ = [
+    "ProcessProxy",
+    "basic_output_filter",
+    "expect_output",
+    "expected_output_from_file",
+    "get_default_filtered_patterns",
+    "get_default_filtered_prefixes",
+    "launch_process",
+    "normalize_lineseps",
+]
