@@ -78,8 +78,8 @@ class PolygonConfig(ZoneConfig):
     points: str = param("", "Corners '[[x, y], [x, y], [x, y], ...]'.", unit="m")
     footprint_topic: str = param(
         "local_costmap/published_footprint",
-        "Where a zone that approaches and has no points gets the robot's outline; empty: that of "
-        "the local costmap without its padding.",
+        "Where a zone that approaches and has no points gets the robot's outline; empty: from the "
+        "local costmap, its body or its footprint without padding.",
         read_only=True,
     )
 

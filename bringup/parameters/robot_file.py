@@ -46,7 +46,8 @@ def of_simulated_robot(
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
-    if any(LOCAL_COSTMAP in group.nodes for group in groups):
+    given = parameters.get(LOCAL_COSTMAP.name, {}).get("body")
+    if not given and any(LOCAL_COSTMAP in group.nodes for group in groups):
         for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
             own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own

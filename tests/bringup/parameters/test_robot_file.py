@@ -43,6 +43,8 @@ def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixtu
     advice = line.rpartition("--param ")[2].strip("'")
     assert body_of([*words, "--param", advice]) == ""
     assert not capsys.readouterr().err
+    own = "[[0.3, 0.2], [0.3, -0.2], [-0.3, 0.0]]"
+    assert body_of([*words, "--param", f"{LOCAL_COSTMAP.name}:body:={own}"]) == own
 
 
 @pytest.mark.parametrize(
