@@ -91,7 +91,8 @@ def test_a_costmap_that_is_not_updated_is_not_published_as_new(robot: PlayedRobo
     assert not grids
 
 
-def test_the_footprint_and_the_local_costmap_follow_the_robot(robot: PlayedRobot) -> None:
+def test_the_footprint_is_published_where_the_robot_is(robot: PlayedRobot) -> None:
+    """And the local costmap lies about it."""
     topics = [f"/{name}/published_footprint" for name in (GLOBAL, LOCAL)]
     footprints = [robot.bench.collect(PolygonStamped, topic) for topic in topics]
     robot.pose = SE2(1.0, -1.0, 0.5)
