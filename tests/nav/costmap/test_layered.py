@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 from scipy import ndimage
 
 from arjuna_core.grid import GridFrame
@@ -36,13 +35,6 @@ def local(**values: object) -> LayeredCostmap:
 
 def one_beam(distance: float, angle: float = 0.0) -> Scan:
     return Scan(np.array([distance]), angle, 0.01, 0.1, 12.0)
-
-
-def row_ahead(costmap: Costmap) -> NDArray[np.uint8]:
-    """Return the costs from a robot at (0, 0) straight ahead."""
-    row, column = costmap.frame.to_cell(0.001, 0.001)
-    ahead: NDArray[np.uint8] = costmap.data[row, column:]
-    return ahead
 
 
 @pytest.mark.parametrize("origin", ORIGINS)
@@ -93,7 +85,8 @@ def test_invalid_ranges_neither_mark_nor_clear(bad: float) -> None:
     layered = local()
     see(layered, SE2(), 0.0, [PlacedScan(one_beam(1.02), SE2())])
     see(layered, SE2(), 0.1, [PlacedScan(one_beam(bad), SE2())])
-    assert np.flatnonzero(row_ahead(layered.costmap)).tolist() == [20]
+    row, column = layered.costmap.frame.to_cell(0.001, 0.001)
+    assert np.flatnonzero(layered.costmap.data[row, column:]).tolist() == [20]
 
 
 def test_a_rolling_window_keeps_obstacles_where_they_are() -> None:

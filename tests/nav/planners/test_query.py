@@ -27,10 +27,6 @@ STEPS = [(r, c) for r in (-1, 0, 1) for c in (-1, 0, 1) if (r, c) != (0, 0)]
 REACH = GridPlannerConfig(tolerance=0.35, escape_radius=0.5)
 
 
-def costmap_with(data: np.ndarray) -> Costmap:
-    return Costmap(GridFrame(CELL, SIDE, SIDE, ORIGIN), data)
-
-
 def pose_of(row: float, column: float, theta: float = 0.0) -> SE2:
     """Return the pose of a cell's middle."""
     return ORIGIN @ SE2((column + 0.5) * CELL, (row + 0.5) * CELL, theta)
@@ -39,7 +35,7 @@ def pose_of(row: float, column: float, theta: float = 0.0) -> SE2:
 def asked(
     data: np.ndarray, start: SE2, goal: SE2, reach: GridPlannerConfig | None = None
 ) -> Query | PlanResult:
-    return ask(reach or REACH, costmap_with(data), start, goal)
+    return ask(reach or REACH, Costmap(GridFrame(CELL, SIDE, SIDE, ORIGIN), data), start, goal)
 
 
 def distances_within(data: np.ndarray, start: tuple[int, int], radius: float) -> np.ndarray:

@@ -58,20 +58,15 @@ def indices(goal: Goal) -> list[int]:
     return [k for i, k in enumerate(indices) if indices[i - 1 : i] != [k]]
 
 
-def test_waypoints_are_driven_to_in_turn(robot: PlayedRobot) -> None:
-    goal = follow(robot, *SQUARE)
-    assert visited(robot, goal, 40.0) == [0, 1, 2]
+def test_waypoints_are_driven_to_in_turn_in_rounds_that_begin_where_asked(
+    robot: PlayedRobot,
+) -> None:
+    goal = follow(robot, *SQUARE, number_of_loops=1, goal_index=1)
+    assert visited(robot, goal, 80.0) == [1, 2, 0, 1, 2]
     assert (goal.status, goal.result.error_code, goal.result.error_msg) == (SUCCEEDED, 0, "")
     assert goal.result.missed_waypoints == []
-    assert indices(goal) == [0, 1, 2]
-    assert robot.command == STILL
-
-
-def test_rounds_begin_where_asked(robot: PlayedRobot) -> None:
-    goal = follow(robot, *SQUARE, number_of_loops=1, goal_index=1)
-    robot.run_until_done(goal, 80.0)
-    assert goal.status == SUCCEEDED
     assert indices(goal) == [1, 2, 0, 1, 2]
+    assert robot.command == STILL
 
 
 def test_a_waypoint_that_is_not_reached_ends_it_all(robot: PlayedRobot) -> None:

@@ -116,16 +116,12 @@ def test_a_frame_that_has_a_parent_is_carried_by_it(bench: RosBench) -> None:
     _drive(bench, 20)
     tf, pose = transforms[-1].transforms[0], odometry[-1].pose.pose
     assert (tf.header.frame_id, tf.child_frame_id) == ("odom", "base_footprint")
-    T_odom_base = Pose3((pose.position.x, pose.position.y, pose.position.z), _wxyz(pose))
+    p, q = pose.position, pose.orientation
+    T_odom_base = Pose3((p.x, p.y, p.z), (q.w, q.x, q.y, q.z))
     at = (T_odom_base @ Pose3((-0.2, 0.0, -0.1))).position
     T = tf.transform.translation
     assert (T.x, T.y, T.z) == pytest.approx(at)
     assert bench.process.transforms.knows("base_link")
-
-
-def _wxyz(pose: Any) -> tuple[float, float, float, float]:
-    q = pose.orientation
-    return q.w, q.x, q.y, q.z
 
 
 def test_a_silent_sensor_is_named_once(bench: RosBench, capfd: pytest.CaptureFixture[str]) -> None:

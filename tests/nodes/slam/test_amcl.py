@@ -421,17 +421,14 @@ def test_tf_broadcast_can_be_switched_off(room: Room) -> None:
     assert room.poses
 
 
-def newest_pose(room: Room) -> SE2:
-    return se2_from_pose(room.poses[-1].pose.pose)
-
-
 def test_two_runs_are_the_same_to_the_byte() -> None:
     def trace() -> bytes:
         bench = RosBench()
         room = Room(bench)
         started(room)
         room.drive(20)
-        values = np.array([newest_pose(room).array(), room.poses[-1].pose.covariance[:3]])
+        newest = room.poses[-1].pose
+        values = np.array([se2_from_pose(newest.pose).array(), newest.covariance[:3]])
         bench.close()
         return values.tobytes()
 

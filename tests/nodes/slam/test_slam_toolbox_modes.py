@@ -148,12 +148,6 @@ def test_clear_queue_drops_the_scans_that_wait(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-def _spoilt(message: Any, **fields: Any) -> Any:
-    for name, value in fields.items():
-        setattr(message, name, value)
-    return message
-
-
 @pytest.mark.parametrize("value", [math.nan, 0.0])
 def test_scans_without_a_reading_move_nothing(robot: Robot, logged: Logged, value: float) -> None:
     node = started(robot)
@@ -202,7 +196,10 @@ def send_spoilt(robot: Robot, **fields: Any) -> None:
     for _ in range(20):
         robot.wait()
         robot.send_odometry()
-        robot.send(_spoilt(robot.scan(), **fields))
+        scan = robot.scan()
+        for name, value in fields.items():
+            setattr(scan, name, value)
+        robot.send(scan)
 
 
 def assert_continues(robot: Robot) -> None:

@@ -67,8 +67,9 @@ def _square(bias: float, rest: float, seed: int) -> tuple[float, float]:
     """Return the heading's error [rad] by the filter and by the gyro's sum."""
     filter_, rng = FusedOdometry(FusedOdometryConfig()), np.random.default_rng(seed)
     truth = by_gyro = 0.0
-    turn = math.pi / 2 / 0.8
-    for v, w, seconds in ((0.0, 0.0, rest), *_legs(rest, turn) * 4):
+    stands = 0.0, 0.0, rest
+    legs = (0.5, 0.0, 10.0), stands, (0.0, 0.8, math.pi / 2 / 0.8), stands
+    for v, w, seconds in (stands, *legs * 4):
         for _ in range(round(seconds / DT)):
             rate = w + bias + 0.002 * rng.standard_normal()
             truth, by_gyro = truth + w * DT, by_gyro + rate * DT
@@ -76,10 +77,6 @@ def _square(bias: float, rest: float, seed: int) -> tuple[float, float]:
             filter_.wheels(v, 1.05 * w)
             filter_.gyro(rate, 0.002**2)
     return wrap(filter_.estimate.T_odom_base.theta - truth), wrap(by_gyro - truth)
-
-
-def _legs(rest: float, turn: float) -> tuple[tuple[float, float, float], ...]:
-    return ((0.5, 0.0, 10.0), (0.0, 0.0, rest), (0.0, 0.8, turn), (0.0, 0.0, rest))
 
 
 def _drive(seed: int, imu: ImuConfig | None = None) -> tuple[float, float, float]:

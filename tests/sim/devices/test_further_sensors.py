@@ -41,10 +41,6 @@ def _scan_tag(samples: int = 90, half: float = 2.5, rows: str = "", more: str = 
     return SCAN.format(samples=samples, half=half, rows=rows, more=more)
 
 
-def _plugin(file: str, inside: str = "") -> str:
-    return f"<plugin name='p' filename='{file}'>{inside}</plugin>"
-
-
 def _further(sim: Simulation, name: str) -> SensorSettings:
     return next(s for s in sim.robot.model.settings.further if s.name == name)
 
@@ -81,7 +77,8 @@ def test_points_of_a_lidar_of_several_rows_lie_on_walls_and_floor(
     tmp_path: Path, seed: int
 ) -> None:
     maker = RobotMaker(tmp_path, seed)
-    more = _plugin("libgazebo_ros_velodyne_laser.so", "<topicName>/velodyne</topicName>")
+    more = "<plugin name='p' filename='libgazebo_ros_velodyne_laser.so'>"
+    more += "<topicName>/velodyne</topicName></plugin>"
     pose = maker.random_pose(True)
     maker.add("gpu_ray", "top", _scan_tag(120, 3.1, ROWS, more), pose, maker.random_pose(True))
     sim = simulator(ROOM, QUIET, robot=maker.write())

@@ -109,14 +109,6 @@ def least_power_track(
     return 2.0 / float(found.x[2])
 
 
-def spring_loads(
-    positions: NDArray[np.float64], middle: NDArray[np.float64]
-) -> NDArray[np.float64]:
-    """Return the loads of a rigid body on equal springs: they grow evenly along the ground."""
-    levers = np.column_stack((np.ones(len(positions)), positions))
-    return np.maximum(levers @ np.linalg.solve(levers.T @ levers, [1.0, *middle]), 0.0)
-
-
 @pytest.mark.parametrize("seed", range(4))
 def test_a_robot_turns_as_friction_takes_the_least_power(seed: int) -> None:
     rng = np.random.default_rng(seed)
@@ -128,7 +120,10 @@ def test_a_robot_turns_as_friction_takes_the_least_power(seed: int) -> None:
         [(*p, 0.0) for p in positions.tolist()], base=weight(0.6, center), wheel=weight(0.05)
     )
     middle = (0.6 * np.array(center[:2]) + 0.05 * positions.sum(axis=0)) / 0.9
-    expected = least_power_track(positions, spring_loads(positions, middle), 3)
+    # As of a rigid body on equal springs, the loads grow evenly along the ground.
+    levers = np.column_stack((np.ones(6), positions))
+    loads = np.maximum(levers @ np.linalg.solve(levers.T @ levers, [1.0, *middle]), 0.0)
+    expected = least_power_track(positions, loads, 3)
     assert wheels.effective_track(urdf, NAMES[:3], NAMES[3:]) == pytest.approx(expected, rel=2e-3)
 
 

@@ -22,7 +22,7 @@ from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.simulation import Simulation
-from tests.sim.builders import EMPTY, ROOM, ROOT, run, simulator
+from tests.sim.builders import EMPTY, ROOM, ROOT, first, run, simulator
 
 BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
 <collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
@@ -33,12 +33,8 @@ CART = """<robot name="cart"><link name="base"><inertial><mass value="4"/>
 QUIET = SimulatorConfig(lidar=dataclasses.replace(SimulatorConfig().lidar, noise=0.0))
 
 
-def _library(folder: Path) -> Library:
-    return Library(folder, SearchPath())
-
-
 def _entity(text: str, name: str, x: float = 0.0, y: float = 0.0, z: float = 0.0) -> Entity:
-    read = read_entity(text, "", _library(ROOT))
+    read = read_entity(text, "", Library(ROOT, SearchPath()))
     return dataclasses.replace(read, name=name, start=Pose3((x, y, z)))
 
 
@@ -55,17 +51,12 @@ def test_spawned_box_is_seen_at_its_pose_and_gone_when_deleted() -> None:
     assert math.isinf(_ahead(sim))
     sim.stage.spawn(_entity("box:0.4,0.4,1", "crate", x=2.0))
     seen = _ahead(sim)
-    assert seen == pytest.approx(2.0 - 0.2 - sim.robot.truth().pose.x - _lidar_x(sim), abs=2e-3)
+    lidar = sim.robot.model.urdf.T_root(first(sim.robot.model, LidarSettings).link).position[0]
+    assert seen == pytest.approx(2.0 - 0.2 - sim.robot.truth().pose.x - lidar, abs=2e-3)
     sim.stage.move("crate", Pose3((3.0, 0.0, 0.0)))
     assert _ahead(sim) == pytest.approx(seen + 1.0, abs=2e-3)
     sim.stage.delete("crate")
     assert math.isinf(_ahead(sim))
-
-
-def _lidar_x(sim: Simulation) -> float:
-    lidar = sim.robot.model.settings.first(LidarSettings)
-    assert lidar is not None
-    return sim.robot.model.urdf.T_root(lidar.link).position[0]
 
 
 def test_nothing_jumps_when_something_is_spawned_far_away() -> None:

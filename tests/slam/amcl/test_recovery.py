@@ -73,15 +73,9 @@ def test_a_beam_without_return_speaks_only_where_the_map_has_an_obstacle() -> No
     assert MATCHER.agreement(SE2(), ScanView.of(short, CONFIG)) > 0.9
 
 
-def half_mapped() -> OccupancyGrid:
-    """Return the room's map, unknown from x = -1 m on."""
-    grid = room_map()
-    data = grid.data.copy()
-    data[:, grid.frame.to_cell(-1.0, 0.0)[1] :] = UNKNOWN
-    return OccupancyGrid(grid.frame, data)
-
-
-HALF = MapMatcher(CONFIG, MapField(half_mapped(), CONFIG.laser_likelihood_max_dist))
+_HALF = OccupancyGrid(room_map().frame, room_map().data.copy())  # unknown from x = -1 m on
+_HALF.data[:, _HALF.frame.to_cell(-1.0, 0.0)[1] :] = UNKNOWN
+HALF = MapMatcher(CONFIG, MapField(_HALF, CONFIG.laser_likelihood_max_dist))
 
 
 @pytest.mark.parametrize("at", [SE2(-1.5, 0.0, 0.4), SE2(-3.5, -0.5, 2.0), SE2(1.0, 4.0, 0.0)])

@@ -68,13 +68,8 @@ def wrapped(angles: Floats) -> Floats:
     return sizes
 
 
-def made_sideways_rollouts() -> Rollouts:
-    side = np.random.default_rng(2).normal(0.0, 0.5, (STEPS, BATCH)).astype(np.float32)
-    return made_rollouts()._replace(side=side)
-
-
 R = made_rollouts()
-S = made_sideways_rollouts()
+S = R._replace(side=np.random.default_rng(2).normal(0.0, 0.5, (STEPS, BATCH)).astype(np.float32))
 ALONG = np.hypot(S.v, S.side) * np.sign(S.v)
 """Speeds over ground, negative where the robot drives back."""
 SIDEWAYS = LIMITS._replace(side_max=0.4)
