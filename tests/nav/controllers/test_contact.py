@@ -99,9 +99,9 @@ def test_the_escape_drives_off_past_the_cells_that_a_circle_touches() -> None:
 
 def test_a_robot_before_a_wall_backs_off_before_its_corners_turn_into_it() -> None:
     costmap, pose = beside(0.05, radius=0.2), SE2(0.0, 0.0, 0.5 * math.pi)
-    assert not collides(costmap, Footprint.circle(0.2), pose)
-    for body, backs in ((None, False), (LONG, True)):
-        follower = PathFollower(load(FollowerConfig, {}), Footprint.circle(0.2), body=body)
+    assert not collides(costmap, CIRCLE, pose)
+    for body, backs in ((Footprint.circle(0.23), False), (LONG, True)):
+        follower = PathFollower(load(FollowerConfig, {}), CIRCLE, body=body)
         follower.start(polyline([(0.0, 0.0), (0.0, -1.5)], 0.0), 0.0)
         command = follower.tick(pose, STILL, costmap, 0.0).velocity
         assert (command.x < 0.0) is backs, command
