@@ -6,8 +6,7 @@ import gc
 import os
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, suppress
-from importlib import import_module
+from contextlib import ExitStack, closing
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -46,22 +45,6 @@ _LONG = tuple(
     )
 )
 """Files of 12 s of CPU time and more, the longest first: none must be the last on one core."""
-
-
-def pytest_sessionstart(session: pytest.Session) -> None:
-    """Import a share of the modules first, of each process on several cores another one.
-
-    In a fresh clone all of them are compiled then: side by side, each process compiled them all.
-    """
-    worker = getattr(session.config, "workerinput", None)
-    if worker is None or session.config.args != session.config.getini("testpaths"):
-        return
-    root, share = session.config.rootpath, int(worker["workerid"].removeprefix("gw"))
-    modules = sorted((root / "tests").rglob("test_*.py"))
-    gc.disable()
-    for path in modules[share :: worker["workercount"]]:
-        with suppress(Exception, pytest.skip.Exception):  # what fails says so where it is collected
-            import_module(".".join(path.relative_to(root).with_suffix("").parts))
 
 
 def pytest_collectstart() -> None:
