@@ -80,6 +80,11 @@ class Body:
     radius: float = 0.0
     padding: float = 0.01
 
+    @property
+    def stands_out(self) -> bool:
+        """Whether its circle leaves some of it out, as the own robot's file is asked."""
+        return 0.0 < self.radius < float(np.hypot(*self.corners.T).max())
+
     @staticmethod
     def box(length: float, width: float) -> Body:
         """Return a rectangle about its middle."""
@@ -110,6 +115,7 @@ def window(edge: int, reach: float, body: Body) -> CostmapConfig:
         plugins=("obstacle_layer", "inflation_layer"),
         obstacle_layer=_obstacles(reach),
         inflation_layer=_INFLATION,
+        body=str(body.corners.tolist()) if body.stands_out else "",
         **body.parameters,
     )
 

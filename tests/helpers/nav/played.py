@@ -144,8 +144,7 @@ class Play:
         points, turn = T_base_odom.apply(moving.points), SE2(0.0, 0.0, T_base_odom.theta)
         sight = Sight.of(points, turn.apply(moving.velocities), moving.speeds)
         sight = sight.later(self.time - moving.stamp)
-        body = self._near.footprint.without(self._body.padding)
-        return self._monitor.judge(command, sight, body).velocity
+        return self._monitor.judge(command, sight, self._near.body).velocity
 
     def _err(self) -> None:
         errors, spread = self._errors, math.sqrt(1.0 - _KEPT**2)
@@ -196,9 +195,7 @@ class Play:
             self._fail(plan.message)
             return False
         if self._follower is None:
-            footprint = self._near.footprint
-            bare = footprint.without(self._body.padding)
-            self._follower = PathFollower(self._config, footprint, body=bare)
+            self._follower = PathFollower(self._config, self._near.footprint, body=self._near.body)
             self._follower.start(plan.path, self.time)
         self._follower.change(plan.path)
         return True
