@@ -220,7 +220,8 @@ def test_bumper_feels_what_its_own_link_touches(tmp_path: Path) -> None:
         [True, True],
     ]
     (wheel,), (bumper,) = pressed["free"][1], pressed["at the wall"][0]
-    assert wheel.own.startswith("arjuna::front_left_wheel::front_left_wheel_collision")
+    assert wheel.own == "arjuna::front_left_wheel::front_left_wheel_collision"
+    assert bumper.own == "arjuna::base_link::base_link_collision"
     assert wheel.other.startswith("ground_plane::")
     assert wheel.positions[:, 2] == pytest.approx(0.0, abs=2e-3)  # the world's ground
     assert wheel.normals @ (0.0, 0.0, 1.0) == pytest.approx(1.0)
