@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 from rclpy.action import ActionServer
 from rclpy.callback_groups import ReentrantCallbackGroup
 from rclpy.duration import Duration
 from rclpy.node import Node
-from rclpy.task import Future
 from rclpy.time import Time
 from tf2_msgs.action import LookupTransform
 from tf2_msgs.msg import TF2Error
@@ -50,32 +50,36 @@ class BufferServer:
         check_period: Duration = Duration(seconds=0.01),  # noqa: B008 - the original's signature
     ) -> None:
         self._buffer, self._node = buffer, node
-        self._waiting: list[tuple[Any, Time, Future]] = []
+        self._waiting: list[tuple[Any, Time]] = []
         group = ReentrantCallbackGroup()
-        self._server = ActionServer(node, LookupTransform, ns, self._answer, callback_group=group)
+        self._server = ActionServer(
+            node,
+            LookupTransform,
+            ns,
+            LookupTransform.Result,  # never called: each goal is ended by its own result
+            callback_group=group,
+            handle_accepted_callback=self._accept,
+        )
         self._timer = node.create_timer(check_period.nanoseconds / 1e9, self._check, group)
+        self._timer.cancel()  # until somebody waits
 
-    async def _answer(self, handle: Any) -> Any:
-        goal, future = handle.request, Future()
-        end = self._node.get_clock().now() + Duration.from_msg(goal.timeout)
-        self._waiting.append((goal, end, future))
+    def _accept(self, handle: Any) -> None:
+        end = self._node.get_clock().now() + Duration.from_msg(handle.request.timeout)
+        self._waiting.append((handle, end))
+        self._timer.reset()
         self._check()
-        result = await future
-        if result.error.error == TF2Error.NO_ERROR:
-            handle.succeed()
-        else:
-            handle.abort()
-        return result
 
     def _check(self) -> None:
         waiting, self._waiting = self._waiting, []
-        for goal, end, future in waiting:
-            result = self._looked_up(goal)
+        for handle, end in waiting:
+            result = self._looked_up(handle.request)
             known = result.error.error == TF2Error.NO_ERROR
             if known or self._node.get_clock().now() >= end:
-                future.set_result(result)
+                handle.execute(partial(_end, result))
             else:
-                self._waiting.append((goal, end, future))
+                self._waiting.append((handle, end))
+        if not self._waiting:
+            self._timer.cancel()
 
     def _looked_up(self, goal: Any) -> Any:
         result, target = LookupTransform.Result(), goal.target_frame
@@ -98,3 +102,12 @@ class BufferServer:
         """Leave the graph."""
         self._node.destroy_timer(self._timer)
         self._server.destroy()
+
+
+def _end(result: Any, handle: Any) -> Any:
+    """End a goal with its result."""
+    if result.error.error == TF2Error.NO_ERROR:
+        handle.succeed()
+    else:
+        handle.abort()
+    return result
