@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import argparse
-
 from rclpy.duration import Duration
 from tf2_ros import Buffer, BufferServer, TransformListener
 
@@ -14,9 +12,8 @@ from bringup.ros2.verbs.forward import ros_arguments
 def main(words: list[str]) -> None:
     """Serve the action tf2_buffer_server until interrupted; parameters: buffer_size [s]."""
     size = float(ros_arguments(words).parameters.get("buffer_size", 120.0))
-    with Client(argparse.Namespace(), "tf_buffer") as client:
+    with Client(name="tf_buffer") as client:
         buffer = Buffer(Duration(seconds=size), node=client.node)
         TransformListener(buffer, client.node)
         BufferServer(buffer, client.node, "tf2_buffer_server")
-        while True:
-            client.pause(1.0)
+        client.pause()

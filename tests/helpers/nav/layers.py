@@ -83,7 +83,8 @@ class Body:
     @property
     def stands_out(self) -> bool:
         """Whether its circle leaves some of it out, as the own robot's file is asked."""
-        return 0.0 < self.radius < float(np.hypot(*self.corners.T).max())
+        circle = self.radius > 0.0 and Footprint.circle(self.radius)
+        return bool(circle and circle.outreach(Footprint.polygon(self.corners)))
 
     @staticmethod
     def box(length: float, width: float) -> Body:
