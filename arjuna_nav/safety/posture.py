@@ -45,7 +45,7 @@ class Posture:
 
     def __init__(self) -> None:
         self._force, self.felt_at, self._began = np.zeros(3), -math.inf, math.inf
-        self._up = np.array([0.0, 0.0, 1.0])
+        self._up, self._tilt = np.array([0.0, 0.0, 1.0]), math.nan
 
     def feel(self, force: Floats, now: float) -> None:
         """Take a specific force in the base's frame `(3,)` [m/s^2] at a time [s]."""
@@ -54,17 +54,19 @@ class Posture:
         share = passed / _MEAN if 0.0 <= passed < _MEAN else 1.0
         self._force = self._force + share * (force - self._force)
         self.felt_at = now
+        size = float(np.linalg.norm(self._force))
+        cosine = float(self._force @ self._up) / max(size, 1e-9)
+        self._tilt = math.nan if size < _FELT * _GRAVITY else math.acos(max(-1.0, min(1.0, cosine)))
 
     def tilt(self, now: float) -> float | None:
         """Return the angle between the robot's z axis and up [rad].
 
         It is None in the first second, and where gravity is not felt.
         """
-        size, felt = float(np.linalg.norm(self._force)), 0.0 <= now - self.felt_at <= 2.0 * _MEAN
-        if not felt or size < _FELT * _GRAVITY or now - self._began < _MEAN:
-            return None
-        return math.acos(max(-1.0, min(1.0, float(self._force @ self._up) / size)))
+        felt = 0.0 <= now - self.felt_at <= 2.0 * _MEAN
+        unknown = not felt or math.isnan(self._tilt) or now - self._began < _MEAN
+        return None if unknown else self._tilt
 
     def take_as_upright(self) -> None:
         """Take the robot for upright now, whichever way its IMU is said to be mounted."""
-        self._up = self._force / float(np.linalg.norm(self._force))
+        self._up, self._tilt = self._force / float(np.linalg.norm(self._force)), 0.0

@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import math
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 from arjuna_core.config import param, plugin_names
@@ -137,11 +138,15 @@ class Zone:
         self.shape: Footprint | None = None
         self._approach = Approach(config, config.least)
 
+    @cached_property
+    def _fixed(self) -> Footprint | None:
+        fixed: Footprint | None = self._config.fixed()
+        return fixed
+
     def outline(self, velocity: Velocity, footprint: Footprint) -> Footprint | None:
         """Return its outline in the base frame at a velocity; None while it has none."""
-        fixed: Footprint | None = self._config.fixed()
-        if fixed is not None or self.shape is not None:
-            return fixed or self.shape
+        if self._fixed is not None or self.shape is not None:
+            return self._fixed or self.shape
         own = self.action is Action.APPROACH and not getattr(self._config, "footprint_topic", "")
         return footprint if own else None
 
