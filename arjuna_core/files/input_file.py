@@ -172,7 +172,7 @@ def read_lines(path: Path, longest: int = 1 << 20) -> Iterator[tuple[bytes, floa
             if len(line) > longest:
                 raise InputFileError(path, f"has a line of more than {longest} bytes")
             if unpack is not None:
-                check_growth(path, raw.tell(), size, 1 << 24)
+                check_growth(path, raw.tell(), size, 1 << 23)
             yield line, raw.tell() / all_of_it
 
 
