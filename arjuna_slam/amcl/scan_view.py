@@ -15,7 +15,8 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.surface import wall_normals
 
-_SPARSE = 0.2  # share of beams with a return below which the map is not searched for them
+_SPARSE = 0.2  # share of beams from afar below which the map is not searched for them
+_BESIDE = 1.0  # [m]; who stands so near hides much of the map
 BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -84,8 +85,17 @@ class ScanView:
 
     @property
     def sparse(self) -> bool:
-        """True if so few beams returned, as of one thing in the open, that they fit anywhere."""
-        return self.returned < _SPARSE
+        """True if so few beams returned from afar that they fit anywhere.
+
+        As of one thing in the open, or of people who stand about the robot.
+        """
+        return bool(self._from_afar.sum() < _SPARSE * len(self.many.ranges))
+
+    @property
+    def _from_afar(self) -> Bools:
+        """Which endpoints are no one's beside the robot, `(M,) bool`."""
+        ends, mount = self.many.endpoints, self.T_base_sensor
+        return np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > _BESIDE
 
     @property
     def readings(self) -> list[tuple[Floats, Floats]]:
@@ -94,9 +104,7 @@ class ScanView:
         All come first. Where many end near by, which may be walls or a crowd, the others come as a
         second reading.
         """
-        ends, normals, mount = self.many.endpoints, self.many.normals, self.T_base_sensor
-        beside = 1.0  # [m]; who stands so near hides much of the map
-        far = np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > beside
+        ends, normals, far = self.many.endpoints, self.many.normals, self._from_afar
         hidden_min = 0.2  # share of the beams from which the crowd may matter
         hidden = BEAMS_MIN <= far.sum() < (1.0 - hidden_min) * len(ends)
         return [(ends, normals), *([(ends[far], normals[far])] if hidden else [])]

@@ -210,9 +210,11 @@ def test_people_around_the_robot_do_not_throw_it_off() -> None:
         assert run.error[0] < 0.08
 
 
-@pytest.mark.parametrize(("beams", "searches"), [(15, False), (40, True)])
-def test_the_map_is_not_searched_for_a_few_beams_that_would_fit_anywhere(
-    monkeypatch: pytest.MonkeyPatch, beams: int, searches: bool
+@pytest.mark.parametrize(
+    ("beams", "length", "searches"), [(15, 1.2, False), (40, 1.2, True), (180, 0.4, False)]
+)
+def test_the_map_is_not_searched_for_beams_that_would_fit_anywhere(
+    monkeypatch: pytest.MonkeyPatch, beams: int, length: float, searches: bool
 ) -> None:
     found: list[float] = []
     some = ParticleFilter(DEFAULTS, ROOM, np.random.default_rng(1))
@@ -224,7 +226,7 @@ def test_the_map_is_not_searched_for_a_few_beams_that_would_fit_anywhere(
 
     monkeypatch.setattr(some._recovery, "search", search)
     ranges = np.full(360, np.inf)
-    ranges[: 2 * beams] = 1.2  # of nothing that the map has; every other beam is matched
+    ranges[: 2 * beams] = length  # of nothing that the map has; every other beam is matched
     for k in range(30):
         some.update(SE2(), Scan(ranges, -math.pi, math.tau / 360, 0.1, 3.5, 0.1 * k), force=True)
     assert bool(found) is searches
