@@ -20,7 +20,7 @@ from bringup.parameters.files import (
     sim_time_of,
 )
 from bringup.parameters.remarks import Remark
-from bringup.parameters.robot_file import contradictions, lacking_transform, of_simulated_robot
+from bringup.parameters.robot_file import contradictions, lacking_transform, of_robot
 from bringup.parameters.sources import is_fleet, of_options, originals_of
 from bringup.parameters.world_robots import take_robots_of_world
 from bringup.stack import (
@@ -130,7 +130,7 @@ def _of_robot(
 ) -> tuple[Parameters, list[Remark]]:
     """Return parameters with what the robot's own file adds to them, and what contradicts it.
 
-    Of a real robot there may be no file, and its topics and frames are its drivers'.
+    Of a real robot there may be no file; its topics and frames are its drivers'.
     """
     robot, simulated = options.get("sim", {}), command in _OF_SIMULATED_ROBOT
     if simulated:
@@ -138,8 +138,9 @@ def _of_robot(
         if not robot.get("robot") and ask:
             robot = _robot_of_simulator(namespace)
             simulated = bool(robot)
-    if simulated:
-        parameters = merged(parameters, of_simulated_robot(parameters, robot, groups))
+    if simulated or "robot" in robot:
+        named = parameters if simulated else merged(parameters, options)
+        parameters = merged(parameters, of_robot(named, robot, groups, simulated))
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
     remarks = list(contradictions(parameters, robot)) if known else []
     return parameters, [*remarks, *(lacking_transform(robot) if known and simulated else ())]

@@ -34,18 +34,25 @@ _NEVER_STANDARD = ("base_frame", "cloud_topic")
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
-def of_simulated_robot(
-    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+def of_robot(
+    parameters: Parameters,
+    sim: Mapping[str, Any],
+    groups: Iterable[Group],
+    simulated: bool = True,
 ) -> Parameters:
     """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
 
     Where their outline without its padding leaves out some of its body, the body goes to the local
     costmap, for those who keep it free of the points that are seen, and not of cells alone.
 
+    Args:
+        simulated: Whether the simulator makes its topics and odometry; of a real robot, whose
+            drivers do, outline and bend alone are returned.
+
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups)
+    own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups, simulated)
     given = parameters.get(LOCAL_COSTMAP.name, {}).get("body")
     if not given and any(LOCAL_COSTMAP in group.nodes for group in groups):
         for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
@@ -105,39 +112,47 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 
 
 def _of_another_robot(
-    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
 ) -> Parameters:
-    from arjuna_sim.inputs import footprint_of, named_robot, names_of, steering_of
+    from arjuna_sim.inputs import footprint_of, named_robot, steering_of
 
     robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    is_fused = _is_fused(robot, sim)
-    names = names_of(robot, is_fused)
-    if sim.get("standard_topics"):
-        names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
     shipped = shipped_parameters()
+    found = _as_simulated(robot, parameters, sim, groups) if simulated else Parameters()
 
     def is_set(node: str, key: str) -> bool:
         """Return whether a file gives a value that is not the shipped one."""
         return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
 
-    named = merged(of_names(names, groups, parameters), _heights(robot, parameters))
     own = {
         node: {key: value for key, value in values.items() if not is_set(node, key)}
-        for node, values in named.items()
+        for node, values in found.items()
     }
     for node, prefix in _OUTLINES.items():
         frame = _base_frame(merged(parameters, own), node, prefix)
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-    for node, values in _BY_GYRO.items() if is_fused else ():
-        own = merged(own, {node: {k: v for k, v in values.items() if not is_set(node, k)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
     radius = round(steering.radius, 4) if steering is not None else 0.0
     for node in _STEERED:
         if radius and not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
     return own
+
+
+def _as_simulated(
+    robot: Any, parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
+) -> Parameters:
+    """Return what holds of a robot whose topics, clouds and odometry the simulator makes."""
+    from arjuna_sim.inputs import names_of
+
+    is_fused = _is_fused(robot, sim)
+    names = names_of(robot, is_fused)
+    if sim.get("standard_topics"):
+        names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
+    named = of_names(names, groups, parameters)
+    return merged(named, _heights(robot, parameters), _BY_GYRO if is_fused else {})
 
 
 def _heights(robot: Any, parameters: Parameters) -> Parameters:

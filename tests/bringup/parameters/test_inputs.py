@@ -94,6 +94,19 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
     assert "costmap.footprint" not in parameters["explorer"]
 
 
+def test_a_real_robots_file_gives_its_outline_and_bend_but_its_drivers_the_topics() -> None:
+    words = ["robot", "--slam", "--scan-topic", "front", "--robot"]
+    own, beside = gather(parse([*words, "urdf/arjuna.urdf"])), gather(parse(words[:-1]))
+    assert own["local_costmap/local_costmap"].pop("body").startswith("[[0.225, -0.15]")
+    assert own.pop("robot_state_publisher")
+    assert {**own, "sim": {}} == {**beside, "sim": {}}
+    car = gather(parse([*words, "tests/bench/car/car.urdf"]))
+    assert car["planner_server"]["min_turning_radius"] > 0.3
+    for costmap in ("local_costmap/local_costmap", "global_costmap/global_costmap"):
+        assert "footprint" in car[costmap].keys() - beside[costmap].keys()
+    assert car["slam_toolbox"] == beside["slam_toolbox"]
+
+
 @pytest.mark.parametrize("command", [["slam"], ["nav", "--map", "maps/race_track.yaml"]])
 def test_a_robots_file_reaches_the_nodes_beside_the_simulator(
     command: list[str],
