@@ -16,7 +16,6 @@ from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.surface import wall_normals
 
 _SPARSE = 0.2  # share of beams from afar below which the map is not searched for them
-_BESIDE = 1.0  # [m]; who stands so near hides much of the map
 BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -95,7 +94,8 @@ class ScanView:
     def _from_afar(self) -> Bools:
         """Which endpoints are no one's beside the robot, `(M,) bool`."""
         ends, mount = self.many.endpoints, self.T_base_sensor
-        return np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > _BESIDE
+        beside = 1.0  # [m]; who stands so near hides much of the map
+        return np.hypot(ends[:, 0] - mount.x, ends[:, 1] - mount.y) > beside
 
     @property
     def readings(self) -> list[tuple[Floats, Floats]]:
