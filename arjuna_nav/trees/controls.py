@@ -200,6 +200,38 @@ SWITCHES: dict[str, type[Control]] = {
 """Switch2 to Switch6."""
 
 
+class PersistentSequence(Control):
+    """A sequence whose place is an entry of the blackboard, so that it lasts beyond a halt."""
+
+    current_child_idx = Port(WHOLE, 0, output=True)
+
+    def _tick(self) -> Status:
+        index = self.current_child_idx
+        while index < len(self.children):
+            status = self.children[index].execute()
+            if status is Status.RUNNING:
+                return status
+            index = 0 if status is Status.FAILURE else index + 1
+            self.current_child_idx = index
+            if status is Status.FAILURE:
+                return self._end(status)
+        self.current_child_idx = 0
+        return self._end(Status.SUCCESS)
+
+
+class NonblockingSequence(Control):
+    """Ticks all children again and again; succeeds when all do so in one tick."""
+
+    def _tick(self) -> Status:
+        running = False
+        for child in self.children:
+            status = child.execute()
+            if status is Status.FAILURE:
+                return self._end(status)
+            running = running or status is Status.RUNNING
+        return Status.RUNNING if running else self._end(Status.SUCCESS)
+
+
 class PipelineSequence(Control):
     """A sequence that ticks all children up to the one that has come farthest, again and again."""
 

@@ -62,18 +62,49 @@ class FollowPath(Action):
     progress_checker_id = Port(TEXT, "", "progress_checker_id")
 
 
-class RemoveInCollisionGoals(Service):
+class _Costing(Service):
+    """Asks what a pose costs on a costmap."""
+
+    KIND, SERVER = "GetCost", "/global_costmap/get_cost_global_costmap"
+    cost_threshold = Port(NUMBER, 254.0)
+    use_footprint = Port(TRUTH, True, "use_footprint")
+    consider_unknown_as_obstacle = Port(TRUTH, False)
+
+    def _asked_about(self) -> SE2:
+        raise NotImplementedError
+
+    def _request(self) -> dict[str, Any]:
+        pose = self._asked_about()
+        return {**super()._request(), "x": pose.x, "y": pose.y, "theta": pose.theta}
+
+    def _is_occupied(self, answer: Answer) -> bool:
+        cost = float(answer.values["cost"])
+        unknown = cost == UNKNOWN and not self.consider_unknown_as_obstacle
+        return not (cost < self.cost_threshold or unknown)
+
+
+class IsPoseOccupied(_Costing):
+    """Succeeds where a pose costs too much on a costmap."""
+
+    pose = Port(POSE)
+
+    def _asked_about(self) -> SE2:
+        pose: SE2 = self.pose
+        return pose
+
+    def _take(self, answer: Answer) -> Status:
+        occupied = answer.succeeded and self._is_occupied(answer)
+        return Status.SUCCESS if occupied else Status.FAILURE
+
+
+class RemoveInCollisionGoals(_Costing):
     """Removes goals at which a costmap costs too much; the costs are asked for one by one.
 
     While a later node runs, the same goals are not asked about again, or that would be halted.
     """
 
-    KIND, SERVER = "GetCost", "/global_costmap/get_cost_global_costmap"
     input_goals = Port(POSES)
     output_goals = Port(POSES, None, output=True)
-    cost_threshold = Port(NUMBER, 254.0)
-    use_footprint = Port(TRUTH, True, "use_footprint")
-    consider_unknown_as_obstacle = Port(TRUTH, False)
     input_waypoint_statuses = Port(ANY, None)
     output_waypoint_statuses = Port(ANY, None, output=True)
     _left: tuple[SE2, ...] = ()
@@ -88,16 +119,13 @@ class RemoveInCollisionGoals(Service):
             self._left, self._free = goals, ()
         return super()._tick()
 
-    def _request(self) -> dict[str, Any]:
-        pose = self._left[0]
-        return {**super()._request(), "x": pose.x, "y": pose.y, "theta": pose.theta}
+    def _asked_about(self) -> SE2:
+        return self._left[0]
 
     def _take(self, answer: Answer) -> Status:
         if not answer.succeeded:
             return Status.FAILURE
-        cost = float(answer.values["cost"])
-        unknown = cost == UNKNOWN and not self.consider_unknown_as_obstacle
-        if cost < self.cost_threshold or unknown:
+        if not self._is_occupied(answer):
             self._free = (*self._free, self._left[0])
         self._left = self._left[1:]
         if self._left:

@@ -49,7 +49,7 @@ class WatchFrames(SensorFrames):
         self, node: ManagedNode, fixed: str, base: str, correction: bool, tolerance: float
     ) -> None:
         super().__init__(node, fixed, base, parameter="base_frame_id")
-        self._correction, self._tolerance = correction, tolerance
+        self._correction, self.tolerance = correction, tolerance
 
     def mount(self, frame: str) -> Pose3:
         """Return the pose of a sensor's frame in the base."""
@@ -62,8 +62,8 @@ class WatchFrames(SensorFrames):
             TransformError: It is not known, or older than the tolerance.
         """
         newest = self.node.transforms.latest_common(self.fixed, self.base)
-        if newest and stamp - newest > self._tolerance:
-            late = f"{stamp - newest:.2f} s, over transform_tolerance of {self._tolerance:g} s"
+        if newest and stamp - newest > self.tolerance:
+            late = f"{stamp - newest:.2f} s, over transform_tolerance of {self.tolerance:g} s"
             raise TransformError(f"{self.fixed} -> {self.base} is behind what was seen by {late}")
         return super().pose(min(stamp, newest))
 

@@ -1,4 +1,4 @@
-"""Sources of a collision monitor: scans, clouds, ranges and polygons, as points round the robot."""
+"""Sources of a collision monitor: scans, clouds, ranges, polygons and costmaps, as points."""
 
 from __future__ import annotations
 
@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 from geometry_msgs.msg import PolygonInstanceStamped
+from nav2_msgs.msg import Costmap
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.arrays import Floats
@@ -19,8 +20,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap import INSCRIBED, UNKNOWN
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.nodes.costmap.messages import points_from_polygon
+from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.nodes.costmap.sensors import WatchFrames, read_cloud, read_range, read_scan
 from arjuna_nav.safety.sight import Sight, along_edges, on_arc
 
@@ -58,8 +61,12 @@ class Source:
         self.config, self.tracks = config, False
         self._frames, self._timeout, self._brakes = frames, timeout, brakes
         self.topic = frames.node.resolve_topic_name(frames.node.process.absolute(topic))
-        frames.node.subscribe(self.message_type, topic, self.take, qos.SENSOR_SUBSCRIPTION)
+        self._listen(topic)
         self.reset()
+
+    def _listen(self, topic: str) -> None:
+        node = self._frames.node
+        node.subscribe(self.message_type, topic, self.take, qos.SENSOR_SUBSCRIPTION)
 
     def reset(self) -> None:
         """Forget what was seen."""
@@ -280,6 +287,53 @@ class PolygonSource(Source):
         return transforms.lookup(self._frames.base, frame).apply(points)
 
 
+@dataclass(frozen=True)
+class CostmapSourceConfig(SourceConfig):
+    """A source of costs."""
+
+    cost_threshold: int = param(INSCRIBED, "Least cost of an obstacle.", minimum=0, maximum=UNKNOWN)
+    treat_unknown_as_obstacle: bool = param(True, "Whether unknown cells are obstacles too.")
+
+
+class CostmapSource(Source):
+    """Cells of a costmap, whose publisher lives as long as anything of it comes.
+
+    Source: nav2_collision_monitor after Jazzy, CostmapSource::getSourceData. Nav2 takes whole
+    costmaps alone, so that one which publishes what changed counts as silent.
+    """
+
+    Config: ClassVar[type[Any]] = CostmapSourceConfig
+    message_type = Costmap
+
+    def _listen(self, topic: str) -> None:
+        frames = self._frames
+        self._reader = CostmapReader(frames.node, topic, "", frames.base, frames.tolerance)
+
+    @property
+    def late(self) -> bool:
+        """True where its costs are older than is allowed, or none have come."""
+        return self.timeout > 0.0 and self._reader.current(self.timeout) is None
+
+    def trust(self) -> float:
+        """Return 1, or 0 where it is silent."""
+        return float(not self.late)
+
+    def problem(self) -> str:
+        """Return why its costs do not count; empty where they do."""
+        return self._reader.why_not_current() if self.config.enabled and self.late else ""
+
+    def sight(self) -> Sight | None:
+        """Return the cells that cost enough; None while no costs have come."""
+        costmap = self._reader.current(self.timeout or math.inf, self._frames.base)
+        if costmap is None:
+            return None
+        costs, unknown = costmap.data, costmap.data == UNKNOWN
+        kept = (costs >= self.config.cost_threshold) & ~unknown
+        if self.config.treat_unknown_as_obstacle:
+            kept |= unknown
+        return Sight.of(costmap.frame.to_points(np.argwhere(kept)))
+
+
 SOURCES = PluginTypes(
     "source",
     {
@@ -287,6 +341,7 @@ SOURCES = PluginTypes(
         "pointcloud": f"{__name__}:PointCloudSource",
         "range": f"{__name__}:RangeSource",
         "polygon": f"{__name__}:PolygonSource",
+        "costmap": f"{__name__}:CostmapSource",
     },
     "scan",
     key="type",

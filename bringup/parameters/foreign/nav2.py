@@ -18,6 +18,7 @@ _TABLES: dict[str, Any] = read_yaml(Path(__file__).with_suffix(".yaml"))
 _OLDER = _TABLES["older"]
 _DWB = "dwb_core::DWBLocalPlanner"
 _BACKWARD = ".allow_backward"
+_FADING = "spatio_temporal_voxel_layer"
 _PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
 LATER_CLASSES = frozenset(_TABLES["later"].split())
 _CRITICS = frozenset(_TABLES["critics"].split())
@@ -88,7 +89,7 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a node's values with keys, classes and forms of today."""
     values: dict[str, Any] = {}
     for key, value in given.items():
-        today = _OLDER["names"].get(node, {}).get(key, key)
+        today = _key_as_today(node, key, given)
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
             value = value if today == key else [value]
@@ -101,6 +102,15 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         values[today] = value
     values = _critics_as_today(values) if node == "controller_server" else values
     return _zones_as_today(values) if node == "collision_monitor" else values
+
+
+def _key_as_today(node: str, key: str, given: Mapping[str, Any]) -> str:
+    """Return today's name of a key, unless the file has that one too."""
+    names, (before, _, last) = _OLDER["names"].get(node, {}), key.rpartition(".")
+    today = names.get(key, key)
+    if f"*.{last}" in names and _FADING not in str(given.get(f"{key.partition('.')[0]}.plugin")):
+        today = f"{before}.{names[f'*.{last}']}"
+    return key if today in given else today
 
 
 def as_started(node: str, whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
@@ -116,6 +126,8 @@ def as_started(node: str, whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, 
             beside = key.removesuffix(_BACKWARD) + ".initial_rotation"
             if whole.get(beside) is True:
                 yield key, False, f"'{beside}' is true: false holds, as in Nav2"
+        if ".decel_lim_" in key and isinstance(value, float) and value > 0.0:
+            yield key, -value, f"{value:g} would slow nothing down: {-value:g} holds"
         if node in COSTMAPS and key == "footprint" and isinstance(value, str):
             try:
                 Footprint.parse(value, 0.0, 0.0)

@@ -98,7 +98,7 @@ class ForeignPlugins:
             if one.is_class:
                 cls = canonical(str(given))
                 if one.kind.stands_in and _is_foreign(cls, one.kind):
-                    self._replace(one.key, one.key, cls, one.kind.default, values)
+                    self._replace(one.key, one.key, cls, _stand_in(cls, one.kind), values)
                 continue
             names = names_in(given, one.default)
             kept = [name for name in names if self._is_kept(name, one, values)]
@@ -117,7 +117,7 @@ class ForeignPlugins:
         if not _is_foreign(cls, kind):
             self._note_no_class(name, listed, values)
             return True
-        ours = kind.by_name.get(name) or (kind.default if kind.stands_in else "")
+        ours = _stand_in(cls, kind, name)
         if ours:
             self._replace(whole, f"{whole}.{kind.key}", cls, ours, values)
         else:
@@ -145,7 +145,8 @@ class ForeignPlugins:
             key = f"{listed.prefix}{name}.{_PRIMARY}"
             cls = canonical(str(values.get(key, listed.kind.default)))
             if _is_foreign(cls, listed.kind):
-                self._replace(listed.prefix + name, key, cls, listed.kind.default, values)
+                ours = _stand_in(cls, listed.kind)
+                self._replace(listed.prefix + name, key, cls, ours, values)
 
     def _replace(self, name: str, key: str, cls: str, ours: str, values: dict[str, Any]) -> None:
         values[key] = self.changed[key] = ours
@@ -170,10 +171,21 @@ def _origin(cls: str) -> str:
     return f"'{cls}' is {origin}"
 
 
-def _is_foreign(cls: str, kind: PluginTypes, misspelt: float = 0.85) -> bool:
+def _stand_in(cls: str, kind: PluginTypes, name: str = "") -> str:
+    """Return what stands in for someone's class: ours of the same name, of which it is a copy.
+
+    Else that of the plug-in's own name, or the default where that can do its work; empty if none.
+    """
+    last = cls.rpartition("::")[2]
+    copied = [known for known in kind.types if known.rpartition("::")[2] == last]
+    own = kind.by_name.get(name) or (kind.default if kind.stands_in else "")
+    return copied[0] if copied else own
+
+
+def _is_foreign(cls: str, kind: PluginTypes, misspelt: int = 2) -> bool:
     """Return whether a class is of a package that is not Nav2's, and cannot be loaded.
 
-    A name at least as similar to one of Nav2's as `misspelt`, of 0 to 1, is a misspelt one.
+    A name that differs from one of Nav2's by `misspelt` characters at most is a misspelt one.
     """
     if cls in nav2.LATER_CLASSES:
         return True
@@ -187,5 +199,11 @@ def _is_foreign(cls: str, kind: PluginTypes, misspelt: float = 0.85) -> bool:
         kind.resolve(cls)
     except ConfigError:
         known = [*kind.types, *kind.by_name, *kind.by_name.values()]
-        return not difflib.get_close_matches(cls, known, 1, misspelt)
+        return all(_changed(cls, each) > misspelt for each in known)
     return False
+
+
+def _changed(text: str, other: str) -> int:
+    """Return how many characters make one text another."""
+    changes = difflib.SequenceMatcher(None, text, other, False).get_opcodes()
+    return sum(max(b - a, d - c) for word, a, b, c, d in changes if word != "equal")

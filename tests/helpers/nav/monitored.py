@@ -1,4 +1,4 @@
-"""A robot whose collision monitor sees by one source alone: scan, cloud, range or polygon."""
+"""A robot whose collision monitor sees by one source of a kind alone, as a scan or a costmap."""
 
 from __future__ import annotations
 
@@ -8,18 +8,22 @@ from typing import Any
 
 import numpy as np
 from geometry_msgs.msg import Point32, Polygon, PolygonInstance, PolygonInstanceStamped, Twist
+from nav2_msgs.msg import Costmap
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
+from arjuna_core.grid import GridFrame
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_msg, header
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
+from arjuna_nav.costmap import Costmap as CostGrid
+from arjuna_nav.nodes.costmap.messages import costmap_raw_msg
 from bringup.parameters.files import shipped_parameters
 from bringup.stack import COLLISION_MONITOR, LOCAL_COSTMAP
 from tests.helpers.nav.navigation import PlayedRobot
 
 KINDS = {"scan": LaserScan, "pointcloud": PointCloud2, "range": Range,
-         "polygon": PolygonInstanceStamped}  # fmt: skip
+         "polygon": PolygonInstanceStamped, "costmap": Costmap}  # fmt: skip
 BODY, RADIUS, ZONE = 0.25, 0.1, 0.55  # of the robot, the obstacle and the zone [m]
 STOP = {"type": "circle", "action_type": "stop", "radius": ZONE, "min_points": 1}
 FOV = 1.2  # of the range sensor [rad]
@@ -37,6 +41,17 @@ def drive(robot: PlayedRobot, v: float, duration: float, yaw_rate: float = 0.0) 
 def cloud(points: list[tuple[float, float, float]], stamp: float) -> PointCloud2:
     """Return a cloud of points in the lidar's frame."""
     return cloud_msg(np.array(points).reshape(-1, 3), "lidar_link", stamp)
+
+
+def costs(cells: list[tuple[float, float, int]], stamp: float) -> Costmap:
+    """Return a costmap about the robot that costs nothing but within RADIUS of some points."""
+    frame = GridFrame(0.05, 80, 80, SE2(-2.0, -2.0))
+    data = np.zeros(frame.shape, np.uint8)
+    points = frame.to_points(np.indices(frame.shape).reshape(2, -1).T)
+    for x, y, cost in cells:
+        near = np.hypot(*(points - (x, y)).T) <= RADIUS
+        data[near.reshape(frame.shape)] = cost
+    return costmap_raw_msg(CostGrid(frame, data, stamp), "base_link", stamp)
 
 
 def message(kind: str, at: tuple[float, float] | None, stamp: float) -> Any:
@@ -58,6 +73,8 @@ def message(kind: str, at: tuple[float, float] | None, stamp: float) -> Any:
             else [(distance * math.cos(bearing), distance * math.sin(bearing), 0.3)]
         )
         return cloud(above + seen, stamp)
+    if kind == "costmap":
+        return costs([] if at is None else [(*at, 254)], stamp)
     if kind == "range":
         return Range(header=header("lidar_link", stamp), field_of_view=FOV, min_range=0.02,
             max_range=4.0, range=float(distance))  # fmt: skip
@@ -89,7 +106,8 @@ class Monitored:
         if self.obstacle is not None:
             x, y = robot.pose.inverse().apply(np.array([self.obstacle]))[0]
             at = float(x), float(y)
-        robot.bench.publish(KINDS[self.kind], "/it", message(self.kind, at, robot.now), qos.DEFAULT)
+        profile = qos.LATCHED if self.kind == "costmap" else qos.DEFAULT
+        robot.bench.publish(KINDS[self.kind], "/it", message(self.kind, at, robot.now), profile)
 
     def drive(self, v: float, duration: float) -> None:
         """Command a speed and publish what the source sees."""

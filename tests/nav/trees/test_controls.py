@@ -47,6 +47,10 @@ SKIP = '<AlwaysFailure _skipIf="true"/>'
         (f"<WhileDoElse>{NO}{OK}</WhileDoElse>", FAILURE),
         (f"<PipelineSequence>{OK}{SPIN}</PipelineSequence>", RUNNING),
         (f"<PipelineSequence>{NO}{SPIN}</PipelineSequence>", FAILURE),
+        (f"<NonblockingSequence>{OK}{SKIP}{OK}</NonblockingSequence>", SUCCESS),
+        (f"<NonblockingSequence>{SPIN}{NO}</NonblockingSequence>", FAILURE),
+        (f"<PersistentSequence>{OK}{SKIP}</PersistentSequence>", SUCCESS),
+        (f"<PersistentSequence>{OK}{NO}{SPIN}</PersistentSequence>", FAILURE),
         (f"<RoundRobin>{NO}{NO}</RoundRobin>", FAILURE),
         (f"<RoundRobin>{NO}{OK}</RoundRobin>", SUCCESS),
         (f'<RecoveryNode number_of_retries="3">{NO}{NO}</RecoveryNode>', FAILURE),
@@ -194,3 +198,27 @@ def test_a_switch_leaves_a_case_that_is_no_longer_its_variables() -> None:
 )
 def test_the_first_tick_with_skipped_children_and_scripts(xml: str, status: Status) -> None:
     assert Play(xml, a=1).tick() is status
+
+
+def test_a_sequence_that_blocks_nobody_runs_all_and_those_that_ended_again() -> None:
+    play = Play(f"<NonblockingSequence>{SPIN}{WAIT}</NonblockingSequence>")
+    assert play.tick() is RUNNING
+    assert set(play.open) == {"Spin", "Wait"}
+    assert play.tick(Spin=Answer(True)) is RUNNING
+    play.tick()
+    assert set(play.open) == {"Spin", "Wait"}
+    assert play.tick(Spin=Answer(True), Wait=Answer(True)) is SUCCESS
+
+
+def test_a_persistent_sequence_goes_on_where_it_was_halted() -> None:
+    sequence = f"<PersistentSequence current_child_idx='{{at}}'>{SPIN}{WAIT}</PersistentSequence>"
+    play = Play(f"<ReactiveFallback><GoalUpdated/>{sequence}</ReactiveFallback>", goal=SE2())
+    play.tick()
+    assert play.tick(Spin=Answer(True)) is RUNNING
+    assert (play.get("at"), set(play.open)) == (1, {"Wait"})
+    play.tree.blackboard.set("goal", SE2(1.0))
+    assert play.tick() is SUCCESS
+    play.tick()
+    assert (play.get("at"), set(play.open)) == (1, {"Wait"})
+    play.tick(Wait=Answer(True))
+    assert play.get("at") == 0

@@ -308,3 +308,15 @@ def test_goals_in_obstacles_are_left_out_and_not_asked_about_again() -> None:
     assert play.get("goals") == (near, unknown)
     assert [play.tick() for _ in range(3)] == [RUNNING] * 3
     assert (set(play.open), play.withdrawn) == ({"ComputePathThroughPoses"}, [])
+
+
+@pytest.mark.parametrize(
+    ("ports", "cost", "status"),
+    [("", 254.0, SUCCESS), ("", 253.0, FAILURE), ("", 255.0, FAILURE),
+     ("consider_unknown_as_obstacle='true'", 255.0, SUCCESS),
+     ("cost_threshold='100'", 120.0, SUCCESS)],
+)  # fmt: skip
+def test_a_pose_is_occupied_by_its_cost(ports: str, cost: float, status: Status) -> None:
+    play = Play(f"<IsPoseOccupied pose='{{goal}}' {ports}/>", goal=SE2(1.0, 2.0, 0.5))
+    assert play.tick() is RUNNING
+    assert play.tick(GetCost=Answer(True, values={"cost": cost})) is status

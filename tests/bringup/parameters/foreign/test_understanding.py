@@ -15,6 +15,7 @@ from arjuna_core.errors import ConfigError
 from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, for_node, shipped_parameters
+from bringup.parameters.foreign.plugins import plugin_lists
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Checked, Kind
@@ -308,6 +309,51 @@ def test_plug_ins_of_plug_ins_are_no_other(
     assert "is someone's C++" in str(found.remarks[0])
     held = value(found, node, key or "FollowPath.critics")
     assert held[0].startswith(expected) if not key else held == expected
+
+
+@pytest.mark.parametrize("node", NODES)
+def test_someone_s_copy_of_a_class_has_ours_with_its_parameters(node: str) -> None:
+    for listed in plugin_lists(NODES[node].config, {}):
+        for cls in [cls for cls in listed.kind.types if "::" in cls and not listed.is_class]:
+            copy = f"my_{cls}" if len(cls) % 2 else cls.replace("::", "_of_mine::")
+            one: Any = "Own" if isinstance(listed.default, str) else ["Own"]
+            given = {listed.key: one, f"Own.{listed.kind.key}": copy}
+            if cls == SHIM["FollowPath.plugin"]:
+                given["Own.primary_controller"] = RPP
+            found = understood({node: given})
+            assert found.problems == []
+            said = f"{node}: Own: '{copy}' is someone's C++: {cls} stands in"
+            assert any(said in str(remark) for remark in found.remarks)
+            assert found.parameters[node][f"Own.{listed.kind.key}"] == cls
+
+
+@pytest.mark.parametrize("node", [LOCAL, "global_costmap/global_costmap"])
+@pytest.mark.parametrize("name", ["obstacle_range", "raytrace_range"])
+def test_ranges_of_before_humble_have_today_s_names(node: str, name: str) -> None:
+    layer = {"plugins": ["seen"], "seen.observation_sources": "scan"}
+    ours = {**layer, "seen.plugin": "nav2_costmap_2d::VoxelLayer", f"seen.scan.{name}": 7.0}
+    today = f"seen.scan.{name.replace('_range', '_max_range')}"
+    assert value(understood({node: ours}), node, today) == 7.0
+    assert understood({node: ours}).remarks == []
+    assert value(understood({node: {**ours, today: 6.0}}), node, today) == 6.0
+
+
+def test_a_fading_layer_s_range_is_its_own() -> None:
+    fading = {
+        "plugins": ["seen"],
+        "seen.plugin": "spatio_temporal_voxel_layer/SpatioTemporalVoxelLayer",
+        "seen.observation_sources": "cloud",
+        "seen.cloud.obstacle_range": 7.0,
+    }
+    assert value(understood({LOCAL: fading}), LOCAL, "seen.cloud.obstacle_range") == 7.0
+
+
+@pytest.mark.parametrize("axis", ["x", "y", "theta"])
+def test_a_deceleration_of_the_wrong_sign_is_turned(axis: str) -> None:
+    key = f"FollowPath.decel_lim_{axis}"
+    found = understood({"controller_server": {**DWB, key: 2.5}})
+    assert value(found, "controller_server", key) == -2.5
+    assert f"{key}: 2.5 would slow nothing down: -2.5 holds" in str(found.remarks[-1])
 
 
 def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from geometry_msgs.msg import Point32, Polygon, PolygonStamped, Twist
-from nav2_msgs.msg import CollisionDetectorState
+from nav2_msgs.msg import CollisionDetectorState, Costmap
 from numpy.typing import NDArray
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
@@ -21,7 +21,7 @@ from arjuna_core.ros.convert import header
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from arjuna_nav.nodes.safety.detector import CollisionDetectorNode
-from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, drive, message
+from tests.helpers.nav.monitored import KINDS, RADIUS, Monitored, cloud, costs, drive, message
 from tests.helpers.nav.played import shipped_zones
 
 
@@ -88,6 +88,28 @@ def test_heights_may_come_in_a_field_of_the_cloud(height: float | None, stops: b
         scene.robot.bench.publish(PointCloud2, "/own", message, qos.DEFAULT)
         drive(scene.robot, 0.01, 0.1)
     assert (scene.robot.command == STILL) is stops, "without the field nothing is seen"
+
+
+@pytest.mark.parametrize(
+    ("values", "cost", "stops"),
+    [({}, 252, False), ({}, 253, True), ({}, 255, True), ({"it.cost_threshold": 100}, 100, True),
+     ({"it.treat_unknown_as_obstacle": False}, 255, False)],
+)  # fmt: skip
+def test_cells_of_a_costmap_count_by_their_cost(
+    values: dict[str, Any], cost: int, stops: bool
+) -> None:
+    scene = Monitored("costmap", **values)
+    for _ in range(3):
+        seen = costs([(0.4, 0.0, cost)], scene.robot.now)
+        scene.robot.bench.publish(Costmap, "/it", seen, qos.LATCHED)
+        drive(scene.robot, 0.01, 0.1)
+    assert (scene.robot.command == STILL) is stops
+
+
+def test_the_robot_s_own_costmap_may_be_a_source() -> None:
+    scene = Monitored("costmap", **{"it.topic": "local_costmap/costmap_raw"})
+    drive(scene.robot, 0.2, 1.0)
+    assert scene.robot.command.x == pytest.approx(0.2), "nothing changes in it, and it lives"
 
 
 @pytest.mark.parametrize(("correction", "stops"), [(True, True), (False, False)])
