@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from irobot_create_msgs import action
 from irobot_create_msgs.msg import DockStatus
 from nav_msgs.msg import Odometry
+from sensor_msgs.msg import BatteryState
 
 from arjuna_core.config import param
 from arjuna_core.ros import qos
@@ -94,6 +95,8 @@ class MotionControlNode(GoalNode):
         self.subscribe(Odometry, topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         self.every(1.0 / self.config.control_frequency, self._tick)
         self.every(0.1, self._publish_status)
+        self._battery = self.publisher(BatteryState, "battery_state", qos.SENSOR_PUBLISHER)
+        self.every(1.0, self._publish_battery)
 
     def _known(self) -> dict[str, _Motion]:
         return {
@@ -244,3 +247,11 @@ class MotionControlNode(GoalNode):
         status = DockStatus(header=header(self.config.base_frame, self.now))
         status.is_docked, status.dock_visible = self._docked, self._sees_dock()
         self._status.publish(status)
+
+    def _publish_battery(self) -> None:
+        """Publish a full battery, for which programs of a Create 3 wait, unless the robot has one."""
+        if self.count_publishers("battery_state") > 1:
+            return
+        state = BatteryState(header=header(self.config.base_frame, self.now), present=True)
+        state.percentage = state.capacity = state.charge = 1.0
+        self._battery.publish(state)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import sys
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import Any
 
 import yaml
@@ -94,6 +95,36 @@ def turtlebot3_spawn() -> LaunchDescription:
     model = os.environ.get(_MODEL, "burger")
     remark = LogInfo(msg=f"the Burger stands for {_MODEL}={model}")
     return LaunchDescription([*([remark] if model != "burger" else []), spawner])
+
+
+def _spawned(name: str, x: str, y: str) -> LaunchDescription:
+    """Put a robot into a world: `robot_sdf`, `robot_name`, `namespace`, `x_pose`, `yaw` and so on.
+
+    Source: nav2_minimal_tb3_sim, spawn_tb3.launch.py; nav2_minimal_tb4_sim, spawn_tb4.launch.py.
+    """
+    usual = {"namespace": "", "use_simulator": "True", "robot_name": name}
+    usual["robot_sdf"] = str(shipped_file("urdf/burger.urdf"))
+    given = {one: LaunchConfiguration(one) for one in usual}
+    words: list[Any] = ["-name", given["robot_name"], "-file", given["robot_sdf"]]
+    words += ["-robot_namespace", given["namespace"]]
+    for option, axis, value in (("-x", "x_pose", x), ("-y", "y_pose", y), ("-Y", "yaw", "0.0")):
+        words += [option, LaunchConfiguration(axis, default=value)]
+    return LaunchDescription(
+        [
+            *(DeclareLaunchArgument(one, default_value=value) for one, value in usual.items()),
+            Node(
+                package="ros_gz_sim",
+                executable="create",
+                arguments=words,
+                output="screen",
+                condition=IfCondition(given["use_simulator"]),
+            ),
+        ]
+    )
+
+
+tb3_spawn = partial(_spawned, "turtlebot3_waffle", "-2.0", "-0.5")
+tb4_spawn = partial(_spawned, "turtlebot4", "-8.0", "-0.5")
 
 
 def turtlebot4() -> LaunchDescription:
@@ -247,6 +278,30 @@ def merge_maps() -> LaunchDescription:
     """Put saved graphs together into one map."""
     program = Node(package="slam_toolbox", executable="merge_maps_kinematic", output="screen")
     return LaunchDescription([program])
+
+
+def explore() -> LaunchDescription:
+    """Explore with m-explore's node: `use_sim_time`, `namespace`.
+
+    Source: explore_lite, explore.launch.py.
+    """
+    share = FindPackageShare("explore_lite")
+    file = PathJoinSubstitution([share, "config", "params.yaml"])
+    return LaunchDescription(
+        [
+            DeclareLaunchArgument("use_sim_time", default_value="true"),
+            DeclareLaunchArgument("namespace", default_value=""),
+            Node(
+                package="explore_lite",
+                executable="explore",
+                name="explore_node",
+                namespace=LaunchConfiguration("namespace"),
+                output="screen",
+                parameters=[file, {"use_sim_time": LaunchConfiguration("use_sim_time")}],
+                remappings=[("/tf", "tf"), ("/tf_static", "tf_static")],
+            ),
+        ]
+    )
 
 
 def twist_mux() -> LaunchDescription:

@@ -13,7 +13,7 @@ from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError
 from bringup.ros2 import completion
-from bringup.ros2.errors import watch_interrupts
+from bringup.ros2.errors import ignore_interrupts, watch_interrupts
 from bringup.ros2.grammar import BUFFERED, FORWARDED, build_parser, load
 
 FAILED, INTERRUPTED = 1, int(signal.SIGINT)  # as ros2cli ends
@@ -28,6 +28,7 @@ def main(argv: Sequence[str] | None = None) -> int:
         os.environ[_HANDED_ON] = "1"
         _become(real)
     code = _guarded(sys.argv[1:])
+    ignore_interrupts()  # one would end the interpreter in order, below the middleware's threads
     with contextlib.suppress(BrokenPipeError):
         sys.stdout.flush()
     sys.stderr.flush()

@@ -68,6 +68,21 @@ _VIEWS = (
     "turtlebot3_navigation2/rviz/tb3_navigation2.rviz",
     "urdf_launch/config/urdf.rviz",
 )
+_BRIDGED = (
+    "nav2_minimal_tb3_sim/configs/turtlebot3_waffle_bridge.yaml",
+    "nav2_minimal_tb4_sim/configs/tb4_bridge.yaml",
+    "turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml",
+)
+_BOX = """<sdf version="1.7">
+  <model name="cardboard_box">
+    <link name="link">
+      <inertial><mass>20</mass></inertial>
+      <collision name="box"><geometry><box><size>0.5 0.4 0.3</size></box></geometry></collision>
+      <visual name="box"><geometry><box><size>0.5 0.4 0.3</size></box></geometry></visual>
+    </link>
+  </model>
+</sdf>
+"""
 _GAZEBO = {
     **dict.fromkeys(("gz", "ign", "gazebo", "gzserver"), "gzserver"),  # `gz sim -s WORLD`
     "gzclient": "gzclient",
@@ -79,10 +94,22 @@ SHIPPED = {
         for path in sorted(shipped_file("behavior_trees").glob("*.xml"))
     },
     "gazebo_ros/worlds/empty.world": "worlds/empty.world",
+    "nav2_bringup/maps/depot.yaml": "maps/warehouse.yaml",
+    "nav2_bringup/maps/warehouse.png": "maps/warehouse.png",
+    "nav2_bringup/maps/warehouse.yaml": "maps/warehouse.yaml",
     "nav2_bringup/maps/tb3_sandbox.yaml": "maps/pillar_arena.yaml",
     "nav2_bringup/maps/pillar_arena.png": "maps/pillar_arena.png",
     "nav2_bringup/maps/turtlebot3_world.yaml": "maps/pillar_arena.yaml",
     "nav2_bringup/params/nav2_params.yaml": "params/arjuna_nav.yaml",
+    **{
+        f"nav2_minimal_tb3_sim/urdf/{name}": _BURGER
+        for name in ("gz_waffle.sdf", "gz_waffle.sdf.xacro", "turtlebot3_waffle.urdf")
+    },
+    "nav2_minimal_tb3_sim/worlds/pillar_arena.png": "worlds/pillar_arena.png",
+    "nav2_minimal_tb3_sim/worlds/tb3_sandbox.sdf.xacro": _PILLARS,
+    "nav2_minimal_tb4_description/urdf/standard/turtlebot4.urdf.xacro": _BURGER,
+    "nav2_minimal_tb4_sim/worlds/depot.sdf": "worlds/warehouse.world",
+    "nav2_minimal_tb4_sim/worlds/warehouse.sdf": "worlds/warehouse.world",
     "ros_gz_sim/worlds/empty.sdf": "worlds/empty.world",
     **{
         f"slam_toolbox/config/mapper_params_{name}.yaml": "params/arjuna_slam.yaml"
@@ -155,7 +182,8 @@ def _texts() -> dict[str, str]:
         found[f"bin/{name}"] = _PROGRAM.format(python=sys.executable, package="gazebo_ros", name=of)
     found |= {f"share/{name}": _RVIZ for name in _VIEWS}
     found |= {f"share/{name}": text for name, text in STOCK_FILES.items()}
-    found["share/turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml"] = "[]\n"
+    found |= {f"share/{name}": "[]\n" for name in _BRIDGED}
+    found["share/nav2_minimal_tb3_sim/urdf/cardboard_box.sdf"] = _BOX
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
         text = _FOXGLOVE if file.endswith(".xml") else _LAUNCH.format(package=package, file=file)
         found[f"share/{package}/launch/{file}"] = text

@@ -42,7 +42,19 @@ _WHEELS = {
 }
 _GPS = {"odom1": ("odometry/gps", "110000000000000")}
 _NAVSAT = {"frequency": 30.0, "delay": 3.0, "publish_filtered_gps": True}
+_EXPLORED = {
+    "robot_base_frame": "base_link",
+    "costmap_topic": "map",
+    "visualize": True,
+    "planner_frequency": 0.25,
+    "progress_timeout": 30.0,
+    "potential_scale": 3.0,
+    "gain_scale": 1.0,
+    "transform_tolerance": 0.3,
+    "min_frontier_size": 0.75,
+}
 _FILES: dict[str, Mapping[str, Mapping[str, Any]]] = {
+    "explore_lite/config/params": {"explore_node": _EXPLORED},
     "robot_localization/params/ekf": {"ekf_filter_node": _filter("odom", **_EXAMPLE)},
     "robot_localization/params/ukf": {"ukf_filter_node": _filter("odom", **_EXAMPLE)},
     "robot_localization/params/navsat_transform": {"navsat_transform_node": _NAVSAT},

@@ -34,6 +34,9 @@ class LaunchDescriptionEntity:
 class Action(LaunchDescriptionEntity):
     """Something to do, unless a condition says otherwise."""
 
+    says_when_done = False
+    """Whether it emits the event itself that it is done, later."""
+
     def __init__(self, *, condition: Condition | None = None) -> None:
         self.condition = condition
 
@@ -44,9 +47,20 @@ class Action(LaunchDescriptionEntity):
 
     def visit(self, context: LaunchContext) -> Entities | None:
         """Do it if its condition holds; return what is to be visited next."""
-        if self.condition is None or self.condition.evaluate(context):
-            return self.execute(context)
-        return None
+        if self.condition is not None and not self.condition.evaluate(context):
+            return None
+        following = self.execute(context)
+        if not self.says_when_done:
+            self.say_done(context)
+        return following
+
+    def say_done(self, context: LaunchContext) -> None:
+        """Emit the event that it is done, if a handler waits for it."""
+        from launch.events import ExecutionComplete  # which builds on this module
+
+        event = ExecutionComplete(action=self)
+        if context.handlers(event):
+            context.emit_event_sync(event)
 
     def execute(self, context: LaunchContext) -> Entities | None:
         """Do it; return what is to be visited next."""

@@ -392,6 +392,8 @@ class Shutdown(EmitEvent):
 class TimerAction(Action):
     """Actions after a time [s]."""
 
+    says_when_done = True
+
     def __init__(
         self,
         *,
@@ -420,6 +422,7 @@ class TimerAction(Action):
             await asyncio.sleep(seconds)
             if not self._canceled and not context.is_shutdown:
                 context.within(now, lambda: context.visit_all(self.actions))
+                self.say_done(context)
 
         task = context.start(wait())
         context.on_end.append(task.cancel)

@@ -19,7 +19,6 @@ from launch.action import Action, Entities
 from launch.descriptions import Executable
 from launch.event_handler import EventHandler
 from launch.event_handlers import OnProcessExit
-from launch.events import ExecutionComplete
 from launch.events.process import (
     ProcessExited,
     ProcessStarted,
@@ -56,6 +55,8 @@ class ExecuteProcess(Action):
     Attributes:
         process_details: Its name, command and, once it runs, its `pid`.
     """
+
+    says_when_done = True
 
     def __init__(
         self,
@@ -199,7 +200,7 @@ class ExecuteProcess(Action):
             await asyncio.sleep(self._delay or 0.0)
             if context.is_shutdown:
                 break
-        context.emit_event_sync(ExecutionComplete(action=self))
+        self.say_done(context)
 
     async def _started(self) -> asyncio.subprocess.Process:
         from bringup.processes.fork import die_with

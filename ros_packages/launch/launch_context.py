@@ -58,6 +58,9 @@ class BaseEventHandler:
         return None
 
 
+_KEPT: list[TemporaryDirectory[str]] = []
+
+
 class LaunchContext:
     """The configurations, the environment, and the handlers of events.
 
@@ -192,8 +195,14 @@ class LaunchContext:
             get_logger("launch").error(f"{type(error).__name__}: {error}")
 
     def new_file(self, text: str) -> Path:
-        """Return a new file of parameters, for the processes of this launch; removed at its end."""
-        self._folder = self._folder or own_folder("launch")
+        """Return a new file of parameters, for the processes of this launch; removed at its end.
+
+        That of a context of a launch file's own, in which it performs substitutions, is there
+        until this process ends.
+        """
+        if self._folder is None:
+            self._folder = own_folder("launch")
+            _KEPT.append(self._folder)
         self._files += 1
         path = Path(self._folder.name, f"{self._files}.yaml")
         path.write_text(text, encoding="utf-8")

@@ -6,8 +6,8 @@ from collections.abc import Callable
 from typing import Any
 
 from launch import LaunchDescription, LaunchService
-from launch.actions import EmitEvent, RegisterEventHandler
-from launch.event_handlers import OnProcessExit
+from launch.actions import EmitEvent, ExecuteProcess, RegisterEventHandler
+from launch.event_handlers import OnExecutionComplete, OnProcessExit
 from launch.events import Shutdown
 
 
@@ -19,7 +19,7 @@ class LaunchTestService:
         self._codes: dict[Any, int] = {}
 
     def add_test_action(self, launch_description: LaunchDescription, action: Any) -> Any:
-        """Add a process to a description; its exit code is a result."""
+        """Add a process to a description, whose exit code is a result, or what is one when done."""
         self._tests.append(action)
         self._end_with(launch_description, action)
         launch_description.add_action(action)
@@ -44,14 +44,21 @@ class LaunchTestService:
         action: Any,
         allowed: Callable[[int], bool] | None = None,
     ) -> None:
+        is_process = isinstance(action, ExecuteProcess)
+
         def ended(event: Any, context: Any) -> list[Any]:
             if context.is_shutdown or (allowed is not None and allowed(event.returncode)):
                 return []
-            self._codes[action] = event.returncode or (0 if allowed is None else 1)
+            code = event.returncode if is_process else 0
+            self._codes[action] = code or (0 if allowed is None else 1)
             over = allowed is not None or all(test in self._codes for test in self._tests)
             return [EmitEvent(event=Shutdown(reason="the tests have ended"))] if over else []
 
-        handler = OnProcessExit(target_action=action, on_exit=ended)
+        handler = (
+            OnProcessExit(target_action=action, on_exit=ended)
+            if is_process
+            else OnExecutionComplete(target_action=action, on_completion=ended)
+        )
         description.add_action(RegisterEventHandler(handler))
 
     def run(self, launch_service: LaunchService, *args: Any, **kwargs: Any) -> int:

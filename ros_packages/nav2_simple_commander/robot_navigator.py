@@ -1,11 +1,14 @@
 """BasicNavigator: Nav2's actions and services as plain methods, under the original's names."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the action it names
+# ruff: noqa: D102, F401 - the names are the original's; scripts import what its module imports
 from __future__ import annotations
 
 import time
+from enum import Enum
 from typing import Any
 
+import rclpy
+from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Duration
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.srv import GetState
@@ -25,31 +28,87 @@ from nav2_msgs.action import (
     Spin,
     UndockRobot,
 )
-from rclpy.qos import DurabilityPolicy, QoSProfile
+from nav2_msgs.srv import (
+    ClearCostmapAroundRobot,
+    ClearCostmapExceptRegion,
+    ClearEntireCostmap,
+    GetCostmap,
+    LoadMap,
+    ManageLifecycleNodes,
+)
+from rclpy.action import ActionClient
+from rclpy.duration import Duration as rclpyDuration
+from rclpy.node import Node
+from rclpy.qos import (
+    QoSDurabilityPolicy,
+    QoSHistoryPolicy,
+    QoSProfile,
+    QoSReliabilityPolicy,
+)
 
-from arjuna_core.ros.convert import duration_msg
 from nav2_simple_commander.services import RobotServices
 from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
 
 __all__ = ["BasicNavigator", "TaskResult"]
+_CLIENTS = {
+    "nav_through_poses_client": (NavigateThroughPoses, "navigate_through_poses"),
+    "nav_to_pose_client": (NavigateToPose, "navigate_to_pose"),
+    "follow_waypoints_client": (FollowWaypoints, "follow_waypoints"),
+    "follow_gps_waypoints_client": (FollowGPSWaypoints, "follow_gps_waypoints"),
+    "follow_path_client": (FollowPath, "follow_path"),
+    "compute_path_to_pose_client": (ComputePathToPose, "compute_path_to_pose"),
+    "compute_path_through_poses_client": (ComputePathThroughPoses, "compute_path_through_poses"),
+    "smoother_client": (SmoothPath, "smooth_path"),
+    "spin_client": (Spin, "spin"),
+    "backup_client": (BackUp, "backup"),
+    "drive_on_heading_client": (DriveOnHeading, "drive_on_heading"),
+    "assisted_teleop_client": (AssistedTeleop, "assisted_teleop"),
+    "docking_client": (DockRobot, "dock_robot"),
+    "undocking_client": (UndockRobot, "undock_robot"),
+}
 
 
 class BasicNavigator(RobotServices):
-    """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`."""
+    """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`.
+
+    Attributes:
+        goal_handle: Of the last goal, as the action client returns it; programs may set it.
+        result_future: The future of its result; None before the first goal, and of a rejected one.
+        feedback: The newest, also where it is of the goal before.
+        status: The status with which the goal ended, None while it runs.
+    """
 
     def __init__(self, node_name: str = "basic_navigator", namespace: str = "") -> None:
         super().__init__(node_name, namespace)
+        self.goal_handle: Any = None
+        self.result_future: Any = None
+        self.feedback: Any = None
+        self.status: int | None = None
+        for attribute, (action, name) in _CLIENTS.items():
+            setattr(self, attribute, ActionClient(self, action, name))
         self.initial_pose = PoseStamped()
         self.initial_pose.header.frame_id = "map"
         self.initial_pose_received = False
-        latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
-        self.create_subscription(
-            PoseWithCovarianceStamped, "amcl_pose", self._on_amcl_pose, latched
+        latched = QoSProfile(depth=1, durability=QoSDurabilityPolicy.TRANSIENT_LOCAL)
+        self.localization_pose_sub = self.create_subscription(
+            PoseWithCovarianceStamped, "amcl_pose", self._amclPoseCallback, latched
         )
-        self._initial_pose = self.create_publisher(PoseWithCovarianceStamped, "initialpose", 10)
+        self.initial_pose_pub = self.create_publisher(PoseWithCovarianceStamped, "initialpose", 10)
 
-    def _on_amcl_pose(self, message: Any) -> None:
+    def destroy_node(self) -> None:
+        for attribute in _CLIENTS:
+            getattr(self, attribute).destroy()
+        super().destroy_node()
+
+    def _start(self, client: str, goal: Any, doing: str) -> bool:
+        self.info(f"{doing}...")
+        return self._task.start(getattr(self, client), goal)
+
+    def _amclPoseCallback(self, msg: Any) -> None:
         self.initial_pose_received = True
+
+    def _feedbackCallback(self, msg: Any) -> None:
+        self.feedback = msg.feedback
 
     def setInitialPose(self, initial_pose: PoseStamped) -> None:
         self.initial_pose_received = False
@@ -61,49 +120,51 @@ class BasicNavigator(RobotServices):
         message.header = self.initial_pose.header
         message.pose.pose = self.initial_pose.pose
         self.info("Publishing Initial Pose")
-        self._initial_pose.publish(message)
+        self.initial_pose_pub.publish(message)
 
     def goThroughPoses(self, poses: list[PoseStamped], behavior_tree: str = "") -> bool:
         goal = NavigateThroughPoses.Goal(poses=poses, behavior_tree=behavior_tree)
-        return self._task.start(NavigateThroughPoses, "navigate_through_poses", goal)
+        return self._start("nav_through_poses_client", goal, f"Navigating with {len(poses)} goals.")
 
     def goToPose(self, pose: PoseStamped, behavior_tree: str = "") -> bool:
-        goal = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree)
-        return self._task.start(NavigateToPose, "navigate_to_pose", goal)
+        goal, at = NavigateToPose.Goal(pose=pose, behavior_tree=behavior_tree), pose.pose.position
+        return self._start("nav_to_pose_client", goal, f"Navigating to goal: {at.x} {at.y}")
 
     def followWaypoints(self, poses: list[PoseStamped]) -> bool:
         goal = FollowWaypoints.Goal(poses=poses)
-        return self._task.start(FollowWaypoints, "follow_waypoints", goal)
+        return self._start("follow_waypoints_client", goal, f"Following {len(poses)} goals.")
 
     def followGpsWaypoints(self, gps_poses: list[Any]) -> bool:
-        goal = FollowGPSWaypoints.Goal(gps_poses=gps_poses)
-        return self._task.start(FollowGPSWaypoints, "follow_gps_waypoints", goal)
+        goal, doing = FollowGPSWaypoints.Goal(gps_poses=gps_poses), f"{len(gps_poses)} gps goals."
+        return self._start("follow_gps_waypoints_client", goal, f"Following {doing}")
 
     def spin(self, spin_dist: float = 1.57, time_allowance: int = 10) -> bool:
         goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=Duration(sec=time_allowance))
-        return self._task.start(Spin, "spin", goal)
+        return self._start("spin_client", goal, f"Spinning to angle {goal.target_yaw}.")
 
     def backup(
         self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: int = 10
     ) -> bool:
         goal = _straight(BackUp.Goal(), backup_dist, backup_speed, time_allowance)
-        return self._task.start(BackUp, "backup", goal)
+        return self._start("backup_client", goal, f"Backing up {backup_dist} m, {backup_speed} m/s")
 
     def driveOnHeading(
         self, dist: float = 0.15, speed: float = 0.025, time_allowance: int = 10
     ) -> bool:
         goal = _straight(DriveOnHeading.Goal(), dist, speed, time_allowance)
-        return self._task.start(DriveOnHeading, "drive_on_heading", goal)
+        return self._start(
+            "drive_on_heading_client", goal, f"Drive {dist} m on heading, {speed} m/s"
+        )
 
     def assistedTeleop(self, time_allowance: int = 30) -> bool:
         goal = AssistedTeleop.Goal(time_allowance=Duration(sec=time_allowance))
-        return self._task.start(AssistedTeleop, "assisted_teleop", goal)
+        return self._start("assisted_teleop_client", goal, "Running 'assisted_teleop'")
 
     def followPath(self, path: Any, controller_id: str = "", goal_checker_id: str = "") -> bool:
         goal = FollowPath.Goal(
             path=path, controller_id=controller_id, goal_checker_id=goal_checker_id
         )
-        return self._task.start(FollowPath, "follow_path", goal)
+        return self._start("follow_path_client", goal, "Executing path")
 
     def dockRobotByPose(
         self, dock_pose: PoseStamped, dock_type: str, nav_to_dock: bool = True
@@ -114,37 +175,34 @@ class BasicNavigator(RobotServices):
             dock_type=dock_type,
             navigate_to_staging_pose=nav_to_dock,
         )
-        return self._task.start(DockRobot, "dock_robot", goal)
+        return self._start("docking_client", goal, f"Docking at pose: {dock_pose}")
 
     def dockRobotByID(self, dock_id: str, nav_to_dock: bool = True) -> bool:
         goal = DockRobot.Goal(
             use_dock_id=True, dock_id=dock_id, navigate_to_staging_pose=nav_to_dock
         )
-        return self._task.start(DockRobot, "dock_robot", goal)
+        return self._start("docking_client", goal, f"Docking at dock ID: {dock_id}")
 
     def undockRobot(self, dock_type: str = "") -> bool:
-        return self._task.start(UndockRobot, "undock_robot", UndockRobot.Goal(dock_type=dock_type))
+        goal = UndockRobot.Goal(dock_type=dock_type)
+        return self._start("undocking_client", goal, f"Undocking from dock of type: {dock_type}")
 
     def cancelTask(self) -> None:
         self.info("Canceling current task.")
         self._task.end()
 
-    def isTaskComplete(self) -> bool:
+    def isTaskComplete(self, task: Any = None) -> bool:
+        """Return whether the task has ended; `task`, of later releases, is the one there is."""
         return self._task.complete()
 
-    def getFeedback(self) -> Any:
-        return self._task.feedback
+    def getFeedback(self, task: Any = None) -> Any:
+        return self.feedback
 
     def getResult(self) -> TaskResult:
         return self._task.outcome()
 
     def getTaskError(self) -> tuple[int, str]:
         return self._task.failure()
-
-    @property
-    def status(self) -> int | None:
-        """The action status of the last task, None while it runs."""
-        return self._task.status
 
     def waitUntilNav2Active(self, navigator: str = "bt_navigator", localizer: str = "amcl") -> None:
         if localizer != "robot_localization":
@@ -177,13 +235,27 @@ class BasicNavigator(RobotServices):
     def getPath(
         self, start: PoseStamped, goal: PoseStamped, planner_id: str = "", use_start: bool = False
     ) -> Any:
+        return self._path_of(self._getPathImpl(start, goal, planner_id, use_start))
+
+    def _getPathImpl(
+        self, start: PoseStamped, goal: PoseStamped, planner_id: str = "", use_start: bool = False
+    ) -> Any:
+        """Return the whole result, with an error code where there is no path."""
         request = ComputePathToPose.Goal(
             start=start, goal=goal, planner_id=planner_id, use_start=use_start
         )
-        result = self._task.finish(ComputePathToPose, "compute_path_to_pose", request)
-        return None if result is None else result.path
+        return self._finish("compute_path_to_pose_client", request, "Getting path")
 
     def getPathThroughPoses(
+        self,
+        start: PoseStamped,
+        goals: list[PoseStamped],
+        planner_id: str = "",
+        use_start: bool = False,
+    ) -> Any:
+        return self._path_of(self._getPathThroughPosesImpl(start, goals, planner_id, use_start))
+
+    def _getPathThroughPosesImpl(
         self,
         start: PoseStamped,
         goals: list[PoseStamped],
@@ -193,10 +265,20 @@ class BasicNavigator(RobotServices):
         request = ComputePathThroughPoses.Goal(
             start=start, goals=goals, planner_id=planner_id, use_start=use_start
         )
-        result = self._task.finish(ComputePathThroughPoses, "compute_path_through_poses", request)
-        return None if result is None else result.path
+        return self._finish("compute_path_through_poses_client", request, "Getting path")
 
     def smoothPath(
+        self,
+        path: Any,
+        smoother_id: str = "",
+        max_duration: float = 2.0,
+        check_for_collision: bool = False,
+    ) -> Any:
+        return self._path_of(
+            self._smoothPathImpl(path, smoother_id, max_duration, check_for_collision)
+        )
+
+    def _smoothPathImpl(
         self,
         path: Any,
         smoother_id: str = "",
@@ -206,11 +288,21 @@ class BasicNavigator(RobotServices):
         goal = SmoothPath.Goal(
             path=path,
             smoother_id=smoother_id,
-            max_smoothing_duration=duration_msg(max_duration),
+            max_smoothing_duration=rclpyDuration(seconds=max_duration).to_msg(),
             check_for_collisions=check_for_collision,
         )
-        result = self._task.finish(SmoothPath, "smooth_path", goal)
-        return None if result is None else result.path
+        return self._finish("smoother_client", goal, "Smoothing path")
+
+    def _finish(self, client: str, goal: Any, doing: str) -> Any:
+        self.info(f"{doing}...")
+        return self._task.finish(getattr(self, client), goal)
+
+    def _path_of(self, result: Any) -> Any:
+        """Return a result's path, or None where the task failed."""
+        if self.status == GoalStatus.STATUS_SUCCEEDED:
+            return result.path
+        self.warn(f"Getting path failed with status code: {self.status}")
+        return None
 
 
 def _straight(goal: Any, distance: float, speed: float, time_allowance: int) -> Any:

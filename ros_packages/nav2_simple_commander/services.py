@@ -32,10 +32,6 @@ class RobotServices(Node):
     def destroyNode(self) -> None:
         self.destroy_node()
 
-    def destroy_node(self) -> None:
-        self._task.destroy()
-        super().destroy_node()
-
     def changeMap(self, map_filepath: str) -> bool:
         answer = self._call(LoadMap, "map_server/load_map", map_url=map_filepath)
         if answer.result != LoadMap.Response.RESULT_SUCCESS:

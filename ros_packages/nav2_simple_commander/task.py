@@ -7,8 +7,6 @@ from typing import Any
 
 import rclpy
 from action_msgs.msg import GoalStatus
-from rclpy.action import ActionClient
-from rclpy.node import Node
 
 from bringup.client.session import POLL, Session
 
@@ -36,83 +34,71 @@ class NavigatorError(RuntimeError):
 
 
 class Task(Session):
-    """The goal that runs, or the last one."""
+    """The goal of a navigator that runs, or the last one.
+
+    Its state is the navigator's own, under the original's names (`goal_handle`, `result_future`,
+    `status`), because programs read it and set it.
+    """
 
     error = NavigatorError
 
-    def __init__(self, node: Node) -> None:
-        self.client = node
-        self._clients: dict[str, Any] = {}
-        self._handle: Any = None
-        self._result: Any = None
-        self.status: int | None = None
-        self.feedback: Any = None
+    def __init__(self, navigator: Any) -> None:
+        self.client = self._navigator = navigator
 
     def spin_once(self, timeout: float = POLL) -> None:
         """Let a callback run, as `rclpy.spin_once` does."""
         rclpy.spin_once(self.client, timeout_sec=timeout)
 
-    def start(self, action: Any, name: str, goal: Any) -> bool:
+    def start(self, client: Any, goal: Any) -> bool:
         """Send a goal; return whether it was accepted.
 
         Raises:
             NavigatorError: Nobody serves the action, or answers in time.
         """
-        if name not in self._clients:
-            self._clients[name] = ActionClient(self.client, action, name)
-        client = self._clients[name]
+        own, name = self._navigator, client._action_name
         self.run_until(client.server_is_ready, SERVER_TIMEOUT, f"the action '{name}'")
-        self.feedback = self.status = self._result = None
-        self._handle = self.send_goal(client, goal, self._on_feedback)
-        if not self._handle.accepted:
-            self.client.get_logger().error(f"{name}: the goal was rejected")
-            self.status = GoalStatus.STATUS_ABORTED
+        own.status = own.result_future = None
+        own.goal_handle = self.send_goal(client, goal, own._feedbackCallback)
+        if not own.goal_handle.accepted:
+            own.error(f"{name}: the goal was rejected")
+            own.status = GoalStatus.STATUS_ABORTED
             return False
-        self._result = self._handle.get_result_async()
+        own.result_future = own.goal_handle.get_result_async()
         return True
 
-    def finish(self, action: Any, name: str, goal: Any) -> Any:
-        """Send a goal, wait until it ends, and return its result, or None where it failed."""
-        if not self.start(action, name, goal):
+    def finish(self, client: Any, goal: Any) -> Any:
+        """Send a goal, wait until it ends, and return its result, or None where it is rejected."""
+        if not self.start(client, goal):
             return None
         while not self.complete():
             pass
-        if self.status != GoalStatus.STATUS_SUCCEEDED:
-            self.client.get_logger().warn(f"{name} failed with status {self.status}")
-            return None
-        return self._result.result().result
+        return self._navigator.result_future.result().result
 
     def complete(self, timeout: float = 0.1) -> bool:
         """Let callbacks run for at most a time [s]; return whether the goal has ended."""
-        if self._result is None:
+        future = self._navigator.result_future
+        if future is None:
             return True
-        if self.status is None:
-            self.run_until(self._result.done, timeout, required=False)
-            if self._result.done() and self._result.result() is not None:
-                self.status = self._result.result().status
-        return self.status is not None
+        self.run_until(future.done, timeout, required=False)
+        if future.done() and future.result() is not None:
+            self._navigator.status = future.result().status
+            return True
+        return False
 
     def end(self) -> None:
         """Cancel the goal that runs."""
-        if self._result is not None and self.status is None:
-            self.cancel(self._handle)
+        future = self._navigator.result_future
+        if future is not None and not future.done():
+            self.cancel(self._navigator.goal_handle)
 
     def outcome(self) -> TaskResult:
         """Return how the goal ended."""
-        return TaskResult.UNKNOWN if self.status is None else _RESULTS[self.status]
+        return _RESULTS.get(self._navigator.status, TaskResult.UNKNOWN)
 
     def failure(self) -> tuple[int, str]:
         """Return the error code and message with which the goal ended; 0 and "" where none."""
-        if self.status is None or self._result is None:
+        future = self._navigator.result_future
+        if future is None or not future.done():
             return 0, ""
-        result = self._result.result().result
+        result = future.result().result
         return int(result.error_code), str(result.error_msg)
-
-    def destroy(self) -> None:
-        """Destroy the action clients."""
-        for client in self._clients.values():
-            client.destroy()
-        self._clients.clear()
-
-    def _on_feedback(self, message: Any) -> None:
-        self.feedback = message.feedback

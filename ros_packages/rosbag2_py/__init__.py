@@ -1,5 +1,11 @@
 """rosbag2 in Python, on the recordings of `arjuna_core.bags`."""
 
+import sys
+
+from rosbag2_py import options as _storage
+from rosbag2_py import reader as _reader
+from rosbag2_py import transport as _transport
+from rosbag2_py import writer as _writer
 from rosbag2_py.options import (
     BagMetadata,
     CompressionMode,
@@ -24,3 +30,14 @@ from rosbag2_py.options import (
 from rosbag2_py.reader import Info, Reindexer, SequentialCompressionReader, SequentialReader
 from rosbag2_py.transport import Player, PlayOptions, Recorder, RecordOptions
 from rosbag2_py.writer import SequentialCompressionWriter, SequentialWriter
+
+_info = _reindexer = _reader
+_compression_options = _message_definitions = _storage
+for _module, _names in (
+    (_storage, ("_storage", "_compression_options", "_message_definitions")),
+    (_reader, ("_reader", "_info", "_reindexer")),
+    (_transport, ("_transport",)),
+    (_writer, ("_writer",)),
+):
+    for _name in _names:  # the original's compiled modules, which its own tutorials name
+        sys.modules[f"{__name__}.{_name}"] = _module

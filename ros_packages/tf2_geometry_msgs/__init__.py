@@ -1,6 +1,12 @@
 """Transforms for messages of geometry_msgs; importing it registers them with tf2_ros."""
 
 from tf2_geometry_msgs.tf2_geometry_msgs import (
+    PointStamped,
+    Pose,
+    PoseStamped,
+    PoseWithCovarianceStamped,
+    TransformStamped,
+    Vector3Stamped,
     do_transform_point,
     do_transform_pose,
     do_transform_pose_stamped,

@@ -76,11 +76,12 @@ class BufferCore:
         return self._tree.insert(parent, child, stamp, pose, static)
 
     def lookup_transform_core(
-        self, target_frame: str, source_frame: str, time: Time
+        self, target_frame: str, source_frame: str, time: Time | TimeMsg
     ) -> TransformStamped:
         """Return the transform that maps source into target at a time; 0 is the latest.
 
         Raises:
+            TypeError: The time is none.
             LookupException: A frame does not exist.
             ConnectivityException: The frames are not connected.
             ExtrapolationException: The time lies outside what is known.
@@ -91,7 +92,7 @@ class BufferCore:
                 problem = f'"{frame}" passed to lookupTransform argument {argument}'
                 raise LookupException(f"{problem} does not exist. ")
         try:
-            stamp = time.nanoseconds or int(self._tree.latest_common(target, source))
+            stamp = _nanoseconds(time) or int(self._tree.latest_common(target, source))
             pose = self._tree.lookup(target, source, stamp)
         except ExtrapolationError as error:
             past = error.stamp < error.known
@@ -114,9 +115,9 @@ class BufferCore:
     def lookup_transform_full_core(
         self,
         target_frame: str,
-        target_time: Time,
+        target_time: Time | TimeMsg,
         source_frame: str,
-        source_time: Time,
+        source_time: Time | TimeMsg,
         fixed_frame: str,
     ) -> TransformStamped:
         """Return the transform between two times, through a frame that does not move."""
@@ -128,7 +129,7 @@ class BufferCore:
         return _message(T_target_fixed @ T_fixed_source, target_frame, source_frame, stamp)
 
     def can_transform_core(
-        self, target_frame: str, source_frame: str, time: Time
+        self, target_frame: str, source_frame: str, time: Time | TimeMsg
     ) -> tuple[bool, str]:
         """Return whether a transform is known, and if not, why."""
         for frame, argument in ((target_frame, "target_frame"), (source_frame, "source_frame")):
@@ -142,6 +143,37 @@ class BufferCore:
         except TransformException as error:
             return False, str(error)
         return True, ""
+
+    def can_transform_full_core(
+        self,
+        target_frame: str,
+        target_time: Time | TimeMsg,
+        source_frame: str,
+        source_time: Time | TimeMsg,
+        fixed_frame: str,
+    ) -> tuple[bool, str]:
+        """Return whether a transform between two times is known, and if not, why."""
+        known = self.can_transform_core(fixed_frame, source_frame, source_time)
+        return (
+            self.can_transform_core(target_frame, fixed_frame, target_time) if known[0] else known
+        )
+
+    def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
+        """Return the newest time at which the transform between two frames is known.
+
+        Raises:
+            LookupException: A frame does not exist.
+            ConnectivityException: The frames are not connected.
+        """
+        found = self.lookup_transform_core(target_frame, source_frame, Time())
+        return Time.from_msg(found.header.stamp)
+
+    def _frameExists(self, frame_id: str) -> bool:
+        return self._tree.knows(frame_id.lstrip("/"))
+
+    def _getFrameStrings(self) -> list[str]:
+        edges = self._tree.edges
+        return sorted({*edges, *(edge.parent for edge in edges.values())})
 
     def clear(self) -> None:
         """Forget all but the static transforms."""
@@ -168,6 +200,15 @@ class BufferCore:
         """Return every frame with its parent, a line each."""
         rows = sorted(self._tree.edges.items())
         return "".join(f"Frame {name} exists with parent {edge.parent}.\n" for name, edge in rows)
+
+
+def _nanoseconds(time: Any) -> int:
+    """Return a time [ns], rclpy's or the stamp of a message, which tf2 takes alike."""
+    if hasattr(time, "sec") and hasattr(time, "nanosec"):
+        return int(time.sec) * _SECOND + int(time.nanosec)
+    if hasattr(time, "nanoseconds"):
+        return int(time.nanoseconds)
+    raise TypeError("time must have sec and nanosec, or nanoseconds.")
 
 
 def _message(pose: Pose3, parent: str, child: str, stamp: int) -> Any:

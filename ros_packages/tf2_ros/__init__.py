@@ -1,5 +1,15 @@
-"""Transforms on ROS topics: buffer, listener and broadcasters."""
+"""Transforms on ROS topics: buffer, listener and broadcasters.
 
+The names of messages and of rclpy are here too, as in the original, whose tutorials import them.
+"""
+
+from geometry_msgs.msg import TransformStamped
+from rclpy.duration import Duration
+from rclpy.node import Node
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
+from rclpy.time import Time
+from std_msgs.msg import Header
+from tf2_msgs.msg import TFMessage
 from tf2_py import (
     ConnectivityException,
     ExtrapolationException,

@@ -103,6 +103,22 @@ class Buffer(BufferCore, BufferInterface):
                 known, why = self.can_transform_core(target_frame, source_frame, time)
         return (known, why) if return_debug_tuple else known
 
+    def can_transform_full(
+        self,
+        target_frame: str,
+        target_time: Time,
+        source_frame: str,
+        source_time: Time,
+        fixed_frame: str,
+        timeout: Duration = Duration(),  # noqa: B008
+        return_debug_tuple: bool = False,
+    ) -> Any:
+        """Return whether a transform between two times is known, waiting up to a time for it."""
+        known = self.can_transform(fixed_frame, source_frame, source_time, timeout, True)
+        if known[0]:
+            known = self.can_transform(target_frame, fixed_frame, target_time, timeout, True)
+        return known if return_debug_tuple else known[0]
+
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Time) -> Future:
         """Return a future that is done with the transform as soon as it is known."""
         future: Future = Future()

@@ -13,6 +13,7 @@ from geometry_msgs.msg import Pose, PoseStamped, PoseWithCovarianceStamped
 from irobot_create_msgs.action import Dock, Undock
 from irobot_create_msgs.msg import DockStatus
 from nav2_simple_commander.robot_navigator import BasicNavigator, TaskResult
+from rclpy.action import ActionClient
 from rclpy.duration import Duration
 from rclpy.qos import qos_profile_sensor_data, qos_profile_system_default
 
@@ -49,6 +50,8 @@ class TurtleBot4Navigator(BasicNavigator):
         super().__init__(namespace=namespace)
         self.is_docked: bool | None = None
         self.new_pose: Pose | None = None
+        self.dock_action_client = ActionClient(self, Dock, "dock")
+        self.undock_action_client = ActionClient(self, Undock, "undock")
         self.create_subscription(
             DockStatus, "dock_status", self._dockCallback, qos_profile_sensor_data
         )
@@ -117,7 +120,7 @@ class TurtleBot4Navigator(BasicNavigator):
             pass
 
     def undock_send_goal(self) -> None:
-        self._task.start(Undock, "undock", Undock.Goal())
+        self._task.start(self.undock_action_client, Undock.Goal())
 
     def isUndockComplete(self) -> bool:
         return self._ended("Undock")
@@ -129,7 +132,7 @@ class TurtleBot4Navigator(BasicNavigator):
             pass
 
     def dock_send_goal(self) -> None:
-        self._task.start(Dock, "dock", Dock.Goal())
+        self._task.start(self.dock_action_client, Dock.Goal())
 
     def isDockComplete(self) -> bool:
         return self._ended("Dock")
@@ -140,7 +143,7 @@ class TurtleBot4Navigator(BasicNavigator):
         if self.getResult() == TaskResult.SUCCEEDED:
             self.info(f"{what} succeeded")
         else:
-            self.info(f"{what} failed with status code: {self._task.status}")
+            self.info(f"{what} failed with status code: {self.status}")
         return True
 
     def startToPose(self, pose: PoseStamped) -> None:

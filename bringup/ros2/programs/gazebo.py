@@ -34,7 +34,7 @@ _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "service", "topic")
 _INSTEAD = "'ros2 topic', 'ros2 service' and 'arjuna entity' see and change the world"
-_ENDINGS = (".world", ".sdf", ".yaml")
+_ENDINGS = (".world", ".sdf", ".sdf.xacro", ".yaml")
 
 
 def serve(words: list[str]) -> None:

@@ -21,6 +21,13 @@ REMEDIES = {
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
     "rqt_gui": "'arjuna view' has plots and nodes",
     "rqt_graph": "'arjuna view --foxglove' serves Foxglove, whose panel Topic Graph draws it",
+    **dict.fromkeys(
+        ("image_tools", "image_view", "rqt_image_view"), "'arjuna view' shows pictures of cameras"
+    ),
+    **dict.fromkeys(("plotjuggler", "rqt_plot"), "'arjuna view' has plots"),
+    "rqt_console": "'ros2 topic echo /rosout' has all nodes' messages",
+    "rqt_robot_steering": "'arjuna view' and 'arjuna teleop' drive",
+    "rqt_tf_tree": "'ros2 run tf2_tools view_frames' draws it",
     "rqt_reconfigure": "'arjuna view --foxglove' serves Foxglove, whose panel Parameters sets them",
     "moveit_ros_move_group": "arms are not planned for here",
     "interactive_marker_twist_server": "'arjuna view' and 'arjuna teleop' drive",

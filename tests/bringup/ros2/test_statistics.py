@@ -8,6 +8,7 @@ from collections.abc import Iterator
 
 import pytest
 
+from bringup.ros2 import errors, main
 from bringup.ros2.errors import check_interrupts, watch_interrupts
 from bringup.ros2.statistics import Intervals, bandwidth_text, spread_text
 
@@ -88,3 +89,25 @@ def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
 def test_nothing_is_raised_before() -> None:
     watch_interrupts()
     check_interrupts()
+
+
+def test_a_signal_that_is_sent_twice_interrupts_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    watch_interrupts()
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        signal.raise_signal(signal.SIGINT)
+    signal.raise_signal(signal.SIGINT)
+    later = errors.time.monotonic() + 2.0
+    monkeypatch.setattr(errors.time, "monotonic", lambda: later)
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        signal.raise_signal(signal.SIGINT)
+
+
+def test_a_command_that_ends_cannot_be_interrupted(monkeypatch: pytest.MonkeyPatch) -> None:
+    ends = []
+    monkeypatch.delenv("ROS_DISTRO", raising=False)
+    monkeypatch.setattr(main, "_guarded", lambda words: 3)
+    monkeypatch.setattr(
+        main.os, "_exit", lambda code: ends.append((code, signal.getsignal(signal.SIGINT)))
+    )
+    main.main()
+    assert ends == [(3, signal.SIG_IGN)]

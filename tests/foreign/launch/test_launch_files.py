@@ -388,6 +388,24 @@ SHAPES: dict[str, tuple[list[str], list[str]]] = {
         [],
     ),
     "rsp.launch.py": (["robot_state_publisher/robot_state_publisher"], []),
+    "sandbox.launch.py": (
+        [
+            "gz sim -r -s nav2_minimal_tb3_sim/worlds/tb3_sandbox.sdf.xacro",
+            "ros_gz_sim/create -name turtlebot3_waffle"
+            " -file nav2_minimal_tb3_sim/urdf/gz_waffle.sdf.xacro -robot_namespace"
+            "  -x 1.0 -y -0.5 -Y 0.0",
+            "robot_state_publisher/robot_state_publisher",
+            "ros_gz_bridge/parameter_bridge",
+            "ros_gz_sim/create -entity cardboard_box"
+            " -file nav2_minimal_tb3_sim/urdf/cardboard_box.sdf -z 0.15",
+            "gz sim nav2_minimal_tb4_sim/worlds/depot.sdf",
+            "explore_lite/explore --ros-args -r __node:=explore_node"
+            " -r /tf:=tf -r /tf_static:=tf_static",
+            "ros_gz_sim/create -name two -file nav2_minimal_tb3_sim/urdf/gz_waffle.sdf.xacro"
+            " -robot_namespace second -x -8.0 -y -0.5 -Y 0.0",
+        ],
+        [],
+    ),
     "several_robots.launch.py": (
         [
             line

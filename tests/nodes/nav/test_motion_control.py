@@ -9,6 +9,7 @@ import pytest
 from geometry_msgs.msg import PoseStamped
 from irobot_create_msgs import action
 from irobot_create_msgs.msg import DockStatus
+from sensor_msgs.msg import BatteryState
 
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
@@ -103,3 +104,13 @@ def test_without_a_dock_docking_fails_and_a_motion_can_be_cancelled() -> None:
     robot.run(0.1)
     assert goal.status == CANCELED
     assert robot.command == STILL
+
+
+def test_its_battery_is_full_unless_the_robot_has_one(robot: PlayedRobot) -> None:
+    found = robot.bench.collect(BatteryState, "/battery_state")
+    robot.run(1.5)
+    assert {state.percentage for state in found} == {1.0}
+    robot.bench.node.create_publisher(BatteryState, "/battery_state", 10)
+    found.clear()
+    robot.run(2.5)
+    assert len(found) <= 1

@@ -57,6 +57,30 @@ def test_between_two_stamps_it_interpolates(core: BufferCore) -> None:
     assert 2.0 * math.atan2(found.rotation.z, found.rotation.w) == pytest.approx(math.pi / 4.0)
 
 
+def test_a_time_is_one_of_rclpy_or_the_stamp_of_a_message(core: BufferCore) -> None:
+    for time in (at(1.5), at(1.5).to_msg()):
+        assert core.can_transform_core("odom", "base", time) == (True, "")
+        found = core.lookup_transform_core("odom", "base", time)
+        assert found.header.stamp == at(1.5).to_msg()
+        full = core.lookup_transform_full_core("odom", time, "base", time, "odom")
+        assert full.transform == found.transform
+    newest = core.lookup_transform_core("odom", "base", Time().to_msg())
+    assert newest.header.stamp.sec == 2
+    with pytest.raises(TypeError, match="time must have sec and nanosec, or nanoseconds"):
+        core.lookup_transform_core("odom", "base", 1.5)
+
+
+def test_its_frames_and_times_are_listed(core: BufferCore) -> None:
+    assert core._getFrameStrings() == ["base", "lidar", "odom"]
+    assert (core._frameExists("odom"), core._frameExists("map")) == (True, False)
+    assert core.get_latest_common_time("odom", "lidar").nanoseconds == 2_000_000_000
+    known, unknown = at(1.2), at(9.0)
+    assert core.can_transform_full_core("base", known, "base", at(1.8), "odom") == (True, "")
+    assert not core.can_transform_full_core("base", unknown, "base", known, "odom")[0]
+    with pytest.raises(LookupException, match="does not exist"):
+        core.get_latest_common_time("odom", "map")
+
+
 def test_backwards_is_the_inverse(core: BufferCore) -> None:
     t = core.lookup_transform_core("lidar", "odom", at(2.0)).transform.translation
     assert (t.x, t.y) == pytest.approx((-0.5, 1.0))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import gc
 import os
 import signal
 import subprocess
@@ -29,7 +30,14 @@ from launch.actions import (
     TimerAction,
     UnsetEnvironmentVariable,
 )
-from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart, OnShutdown
+from launch.conditions import IfCondition
+from launch.event_handlers import (
+    OnExecutionComplete,
+    OnProcessExit,
+    OnProcessIO,
+    OnProcessStart,
+    OnShutdown,
+)
 from launch.events import matches_action
 from launch.events.process import ShutdownProcess, SignalProcess
 from launch.frontend import expose_substitution, parse_substitution
@@ -94,6 +102,23 @@ def test_events_of_a_process_are_in_order(
     order = ["up", f"[{name}] hello", f"[{name}]: process has finished cleanly", "me ended 0"]
     places = [printed.index(text) for text in [*order, "bye"]]
     assert places == sorted(places)
+
+
+def test_every_action_says_when_it_is_done(launched: Callable[..., tuple[int, str]]) -> None:
+    one, two = LogInfo(msg="one"), TimerAction(period=0.3, actions=[LogInfo(msg="two")])
+    left_out = LogInfo(msg="three", condition=IfCondition("false"))
+    done = [
+        RegisterEventHandler(OnExecutionComplete(target_action=action, on_completion=[said]))
+        for action, said in (
+            (one, LogInfo(msg="after one")),
+            (two, LogInfo(msg="after two")),
+            (left_out, LogInfo(msg="after three")),
+        )
+    ]
+    said = launched(*done, two, one, left_out)[1]
+    order = [said.index(text) for text in ("one", "after one", "two", "after two")]
+    assert order == sorted(order)
+    assert "three" not in said
 
 
 def test_output_goes_where_it_is_asked_to(
@@ -388,6 +413,22 @@ def test_a_substitution_of_one_s_own_is_known_in_texts() -> None:
             return perform_substitutions(context, self.word).upper()
 
     assert perform_substitutions(LaunchContext(), parse_substitution("$(upper a)b")) == "Ab"
+
+
+def test_a_file_that_is_rewritten_in_a_context_of_its_own_is_there_when_it_is_read(
+    tmp_path: Path, launched: Callable[..., tuple[int, str]]
+) -> None:
+    (tmp_path / "nav2.yaml").write_text("amcl: {ros__parameters: {alpha1: 0.2}}")
+    rewritten = RewrittenYaml(
+        source_file=str(tmp_path / "nav2.yaml"),
+        param_rewrites={"alpha1": "0.7"},
+        convert_types=True,
+    )
+    path = rewritten.perform(LaunchContext())
+    gc.collect()
+    reader = ExecuteProcess(cmd=["cat", path], output="screen")
+    code, said = launched(reader)
+    assert (code, "alpha1: 0.7" in said) == (0, True)
 
 
 def test_rewritten_parameters_are_there_by_their_whole_path(tmp_path: Path) -> None:

@@ -224,6 +224,13 @@ def test_a_program_s_exit_code_is_that_of_its_test(tmp_path: Path, code: int) ->
     assert run(tmp_path, PROGRAM, "test_it.py", str(code)).returncode == code
 
 
+def test_a_test_that_is_no_process_ends_when_it_is_done(tmp_path: Path) -> None:
+    timer = "launch.actions.TimerAction(period=0.5, actions=[python('print(1 + 1)')])"
+    text = PROGRAM.replace('python(f"raise SystemExit({sys.argv[1]})", name="tester")', timer)
+    ended = run(tmp_path, text, "test_it.py")
+    assert ended.returncode == 0, ended.stderr
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [

@@ -171,9 +171,54 @@ def test_a_cancelled_goal_says_so(navigator: BasicNavigator) -> None:
     assert navigator.getResult() is TaskResult.CANCELED
 
 
+def test_a_program_sends_a_goal_by_the_navigator_s_own_client(navigator: BasicNavigator) -> None:
+    own: Any = navigator
+    assert (own.goal_handle, own.result_future, own.feedback, own.status) == (None,) * 4
+    assert own.nav_to_pose_client.wait_for_server(timeout_sec=10.0)
+    goal = NavigateToPose.Goal(pose=at(1.0))
+    sent = own.nav_to_pose_client.send_goal_async(goal, own._feedbackCallback)
+    rclpy.spin_until_future_complete(own, sent)
+    own.goal_handle = sent.result()
+    own.result_future = own.goal_handle.get_result_async()
+    while not own.isTaskComplete():
+        pass
+    assert own.getResult() is TaskResult.SUCCEEDED
+    assert own.result_future.result().result.error_code == 0
+    assert own.feedback.distance_remaining == 1.0
+
+
+def test_a_program_cancels_by_the_handle(navigator: BasicNavigator) -> None:
+    assert navigator.goToPose(at(3.0))
+    assert not navigator.result_future.done()
+    cancelled = navigator.goal_handle.cancel_goal_async()
+    while not cancelled.done() or not navigator.isTaskComplete():
+        rclpy.spin_once(navigator, timeout_sec=0.1)
+    assert navigator.getResult() is TaskResult.CANCELED
+
+
+def test_there_is_feedback_from_the_second_goal_s_start_on(navigator: BasicNavigator) -> None:
+    for x in (1.0, 2.0):
+        assert navigator.goToPose(at(x))
+        assert x == 1.0 or navigator.getFeedback().distance_remaining in (1.0, 2.0)
+        while not navigator.isTaskComplete():
+            pass
+
+
+def test_a_task_says_what_it_does(
+    navigator: BasicNavigator, capfd: pytest.CaptureFixture[str]
+) -> None:
+    navigator.goToPose(at(2.0))
+    navigator.getPath(at(0.0), at(1.0))
+    said = capfd.readouterr().err
+    assert "Navigating to goal: 2.0 0.0..." in said
+    assert "Getting path..." in said
+
+
 def test_a_path_or_none(navigator: BasicNavigator) -> None:
     assert len(navigator.getPath(at(0.0), at(1.0)).poses) == 1
     assert navigator.getPath(at(0.0), at(-1.0)) is None
+    assert navigator._getPathImpl(at(0.0), at(-1.0)).path.poses == []
+    assert navigator.getResult() is TaskResult.FAILED
 
 
 def test_both_costmaps_are_cleared(navigator: BasicNavigator, nav2: StandIn) -> None:

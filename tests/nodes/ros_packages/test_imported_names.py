@@ -1,0 +1,51 @@
+"""What programs import: names that the originals' modules hold only because they use them."""
+
+from __future__ import annotations
+
+import importlib
+
+import pytest
+
+_ACTIONS = (
+    "AssistedTeleop BackUp ComputePathThroughPoses ComputePathToPose FollowGPSWaypoints FollowPath "
+    "FollowWaypoints NavigateThroughPoses NavigateToPose SmoothPath Spin"
+)
+_NAMES = {
+    "nav2_simple_commander.robot_navigator": (
+        f"{_ACTIONS} BasicNavigator TaskResult ActionClient ClearEntireCostmap Duration Enum "
+        "GetCostmap GetState GoalStatus LoadMap ManageLifecycleNodes Node Point PoseStamped "
+        "PoseWithCovarianceStamped QoSDurabilityPolicy QoSHistoryPolicy QoSProfile "
+        "QoSReliabilityPolicy rclpy rclpyDuration time"
+    ),
+    "nav2_simple_commander.utils": "find_os_processes kill_os_processes kill_process",
+    "tf2_ros": "TransformStamped TFMessage Header Duration Time Node QoSProfile DurabilityPolicy",
+    "tf2_ros.buffer": "Buffer",
+    "tf2_ros.transform_listener": "TransformListener",
+    "tf2_ros.transform_broadcaster": "TransformBroadcaster",
+    "tf2_ros.static_transform_broadcaster": "StaticTransformBroadcaster",
+    "tf2_geometry_msgs": (
+        "PointStamped Pose PoseStamped PoseWithCovarianceStamped TransformStamped Vector3Stamped"
+    ),
+    "sensor_msgs_py.point_cloud2": "PointCloud2 PointField Header np",
+    "rosbag2_py._compression_options": "CompressionMode CompressionOptions",
+    "rosbag2_py._info": "Info",
+    "rosbag2_py._reader": "SequentialReader SequentialCompressionReader",
+    "rosbag2_py._reindexer": "Reindexer",
+    "rosbag2_py._storage": "StorageOptions ConverterOptions StorageFilter TopicMetadata",
+    "rosbag2_py._transport": "Player PlayOptions Recorder RecordOptions",
+    "rosbag2_py._writer": "SequentialWriter SequentialCompressionWriter",
+}
+
+
+@pytest.mark.parametrize("module", sorted(_NAMES))
+def test_names_that_the_originals_modules_import_are_there(module: str) -> None:
+    held = importlib.import_module(module)
+    assert [name for name in _NAMES[module].split() if not hasattr(held, name)] == []
+
+
+def test_modules_that_are_compiled_there_are_attributes_too() -> None:
+    import rosbag2_py
+
+    options = rosbag2_py._storage.StorageOptions(uri="a", storage_id="mcap")
+    assert options == rosbag2_py.StorageOptions(uri="a", storage_id="mcap")
+    assert rosbag2_py._reader.SequentialReader is rosbag2_py.SequentialReader
