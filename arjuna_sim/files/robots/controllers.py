@@ -15,7 +15,7 @@ from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
 from arjuna_core.errors import InputFileError, RobotError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_sim.files.robots.plugins import controller_kind, is_control
-from arjuna_sim.files.tag_text import OWN, PATH, remappings, texts
+from arjuna_sim.files.tag_text import OWN, PATH, remappings, text_of, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
@@ -39,7 +39,7 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
         A plugin; None where no controller drives wheels.
     """
     for path, sections in _contents(xml, plugin):
-        types = {name: str(v["type"]) for name, v in sections if isinstance(v.get("type"), str)}
+        types = {_own(key): str(v["type"]) for key, v in sections if isinstance(v.get("type"), str)}
         for name, values in sections:
             lists = _joints(values)
             if lists:
@@ -56,7 +56,7 @@ def parameters_of_controllers(xml: XmlFile, plugin: Element) -> dict[str, dict[s
     found: dict[str, dict[str, Any]] = {}
     for _, sections in _contents(xml, plugin) if is_control(plugin) else ():
         for section, values in sections:
-            found.setdefault(section.rpartition("/")[2], {}).update(values)
+            found.setdefault(_own(section), {}).update(values)
     return {
         name: each for name, each in found.items() if name and isinstance(each.get("type"), str)
     }
@@ -149,6 +149,11 @@ def _node(key: str) -> str:
     return "/".join(part for part in key.split("/") if part.strip("*"))
 
 
+def _own(node: str) -> str:
+    """Return a node's name without its namespace, as the controller manager knows it."""
+    return node.rpartition("/")[2]
+
+
 def _nested(content: Any, depth: int = 0) -> Any:
     """Return values with `a.b` as `b` in `a`."""
     if not isinstance(content, dict) or depth > 50:
@@ -185,7 +190,7 @@ def _as_plugin(
 
     Source: ros2_controllers, diff_drive_controller, parameters of Humble and Jazzy.
     """
-    kind, command, odometry = _kind(lists, values, types.get(name, ""))
+    kind, command, odometry = _kind(lists, values, types.get(_own(name), ""))
     if not name:  # all nodes have these parameters: the one that needs them has a type of its own
         drives = (key for key, each in types.items() if key and controller_kind(each))
         name = next(drives, kind)
@@ -194,7 +199,7 @@ def _as_plugin(
         for joint in joints:
             SubElement(made, f"{side}_joint").text = joint
     stamped = values.get("use_stamped_vel", True) is not False
-    command = f"/{name}/{command}" + ("" if stamped else "_unstamped")
+    command += "" if stamped else "_unstamped"
     radii = (_number(v, key) for v in (values, below(values, "kinematics")) for key in _RADII)
     found = {
         "wheel_separation": _product(values, "wheel_separation"),
@@ -203,8 +208,8 @@ def _as_plugin(
         "odometry_frame": values.get("odom_frame_id"),
         "robot_base_frame": values.get("base_frame_id"),
         "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
-        "command_topic": _remapped(plugin, command),
-        "odometry_topic": _remapped(plugin, f"/{name}/{odometry}"),
+        "command_topic": _topic(plugin, name, command),
+        "odometry_topic": _topic(plugin, name, odometry),
         "stamped": str(stamped).lower(),
         **_limits(values, kind),
     }
@@ -310,7 +315,11 @@ def _product(values: dict[str, Any], key: str) -> float | None:
     return None if length is None else length * (_number(values, f"{key}_multiplier") or 1.0)
 
 
-def _remapped(plugin: Element, topic: str) -> str:
-    own = topic.lstrip("/")
-    found = (to for source, to in remappings(plugin) if source.lstrip("/~") == own)
-    return next(found, topic)
+def _topic(plugin: Element, node: str, topic: str) -> str:
+    """Return a topic of a controller in the plugin's namespace, as the plugin remaps it."""
+    space = text_of(plugin, "robotnamespace", "namespace").strip("/")
+    own = f"{node}/{topic}".removeprefix(f"{space}/")
+    for source, target in remappings(plugin):
+        if source.lstrip("/~").removeprefix(f"{space}/") == own:
+            return f"/{space}/{target}" if space and not target.startswith("/") else target
+    return f"/{space}/{own}" if space else f"/{own}"

@@ -72,6 +72,27 @@ def test_limits_and_timeouts_in_every_form(tmp_path: Path, form: str, dotted: bo
 
 
 @pytest.mark.parametrize(
+    ("node", "tags", "topic"),
+    [
+        ("name", "", "/bot/name/cmd_vel"),
+        ("/bot/name", "", "/bot/name/cmd_vel"),
+        ("name", "<remapping>/name/cmd_vel:=/drive</remapping>", "/drive"),
+        ("name", "<remapping>/bot/name/cmd_vel:=drive</remapping>", "/bot/drive"),
+    ],
+)
+def test_topics_are_in_the_plugins_namespace(
+    tmp_path: Path, node: str, tags: str, topic: str
+) -> None:
+    content = _file("name", _JOINTS, dotted=False)
+    content[node] = content.pop("name")
+    tag, files = control(yaml.safe_dump(content, sort_keys=False))
+    space = f"<ros><namespace>/bot</namespace>{tags}</ros></plugin>"
+    robot = Robot(four(), tag.replace("</plugin>", space), files=files)
+    drive = load_robot(robot.write(tmp_path), SearchPath()).drive
+    assert (drive.command_topic, drive.odometry_topic) == (topic, "/bot/name/odom")
+
+
+@pytest.mark.parametrize(
     ("name", "kind"),
     [
         ("platform_velocity_controller", DriveKind.SIDES),
@@ -130,8 +151,14 @@ def test_time_outs(tmp_path: Path, given: dict[str, Any], seconds: float | None)
     ("rear", "radius"),
     [("rear", {"wheel_radius": 0.07}), ("back", {"kinematics": {"wheels_radius": 0.07}})],
 )
+@pytest.mark.parametrize("space", ["", "/robot1"])
 def test_mecanum_wheels_by_any_of_their_parameters(
-    tmp_path: Path, form: str, topics: tuple[str, str], rear: str, radius: dict[str, Any]
+    tmp_path: Path,
+    form: str,
+    topics: tuple[str, str],
+    rear: str,
+    radius: dict[str, Any],
+    space: str,
 ) -> None:
     names = {
         form.format(f"{end}_{side}"): f"{wheel}_{side}_wheel_joint"
@@ -139,11 +166,11 @@ def test_mecanum_wheels_by_any_of_their_parameters(
         for side in ("left", "right")
     }
     kind = "mecanum_drive_controller/MecanumDriveController"
-    manager = {"controller_manager": {"ros__parameters": {"name": {"type": kind}}}}
+    manager = {f"{space}/controller_manager": {"ros__parameters": {"name": {"type": kind}}}}
     values = {**names, "wheel_base": 0.28, "wheel_separation": 0.28, **radius}
-    drive = _drive(tmp_path, {**manager, "name": {"ros__parameters": values}})
+    drive = _drive(tmp_path, {**manager, f"{space}/name": {"ros__parameters": values}})
     assert (drive.kind, drive.radius) == (DriveKind.MECANUM, 0.07)
-    assert (drive.command_topic, drive.odometry_topic) == topics
+    assert (drive.command_topic, drive.odometry_topic) == tuple(space + each for each in topics)
 
 
 def test_limits_that_no_drive_has_are_noted(tmp_path: Path) -> None:
