@@ -219,7 +219,11 @@ def two_axles(rear: str = "") -> Robot:
 
 
 def tracked(
-    ends: bool = False, flippers: bool = False, low: bool = False, classic: bool = False
+    ends: bool = False,
+    flippers: bool = False,
+    low: bool = False,
+    classic: bool = False,
+    swapped: bool = False,
 ) -> Robot:
     """Return a robot on two tracks.
 
@@ -228,6 +232,7 @@ def tracked(
         flippers: Whether each has another one in front, off the ground.
         low: Whether those are just above it, with a large end behind and a small one in front.
         classic: Whether the plugin is Gazebo Classic's.
+        swapped: Whether the left tracks stand on the right.
     """
     round_end = (
         "<collision><origin xyz='{} 0 {}' rpy='1.5708 0 0'/>"
@@ -237,7 +242,8 @@ def tracked(
     solid = "".join(round_end.format(x, 0.0, 0.05) for x in (-0.15, 0.15)) if ends else solid
     flipper = round_end.format(-0.1, 0.0, 0.048) + round_end.format(0.1, 0.1, 0.02)
     extra, names = "", dict[str, list[str]]()
-    for side, y in (("left", 0.15), ("right", -0.15)):
+    left = -0.15 if swapped else 0.15
+    for side, y in (("left", left), ("right", -left)):
         parts = [("track", 0.0, 0.0, solid)]
         parts += [("flipper", 0.35, 0.1, solid)] if flippers else []
         parts += [("flipper", 0.25, 0.0, flipper)] if low else []

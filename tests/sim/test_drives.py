@@ -64,6 +64,7 @@ TRACKED = {
     "round ends": cases.tracked(ends=True),
     "flippers": cases.tracked(flippers=True),
     "low flippers": cases.tracked(low=True),
+    "left on the right": cases.tracked(swapped=True),
 }
 
 

@@ -18,7 +18,14 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import with_mecanum
-from arjuna_sim.files.robots.plugins import Sides, drive_kind, limits_of, torque_of, types_of
+from arjuna_sim.files.robots.plugins import (
+    Sides,
+    drive_kind,
+    facing_ahead,
+    limits_of,
+    torque_of,
+    types_of,
+)
 from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.tag_text import text_of, value
 from arjuna_sim.files.xml_file import XmlFile
@@ -104,6 +111,7 @@ def on_tracks(
     left, right = sides
     if not left or not right:
         raise xml.fail("tracks", "a side has no track with a <collision> on the ground")
+    left, right = facing_ahead(xml, "tracks", urdf, left, right)
     bearing = _bearing(urdf, left), _bearing(urdf, right)
     drive = DriveSettings(
         *(left, right, _separation(xml, plugins, wheel_separation(urdf, *bearing)), radius),
