@@ -8,7 +8,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import NDArray
 
-from arjuna_core.arrays import Bools
+from arjuna_core.arrays import Bools, Ints
 from arjuna_sim.physics.scene import Scene
 
 LEVEL, SUNK = 0.7, 0.02
@@ -30,7 +30,29 @@ def touched(scene: Scene, data: Any, robot: str) -> tuple[str, ...]:
     distance = data.contact.dist[rows]
     stands = (np.abs(data.contact.frame[rows, 2]) > LEVEL) & (distance > -SUNK)
     stands |= distance > -GRAZED
-    return tuple(sorted({scene.names[geom] for geom in others[is_hit & ~stands]}))
+    found = np.flatnonzero(is_hit & ~stands)
+    rolls = _rolls_over(scene, data, robot, pairs[rows, side][found], others[found])
+    found = found[~rolls | (distance[found] < -SUNK)]
+    return tuple(sorted({scene.names[geom] for geom in others[found]}))
+
+
+def _rolls_over(scene: Scene, data: Any, robot: str, own: Ints, others: Ints) -> Bools:
+    """Return which geoms are wheels on something that they meet from above, `(N,) bool`.
+
+    Whatever the contact's direction: at an edge a wheel sinks into the face before it as well.
+
+    Args:
+        own: Geoms of the robot, `(N,) int`.
+        others: What each touches, `(N,) int`.
+    """
+    model = scene.model
+    bodies, tyres = model.geom_bodyid, list(scene.robots[robot].support.tyres)
+    is_wheel: Bools = np.isin(bodies[own], bodies[tyres])
+    radius = model.geom_size[own, 0]
+    up, box = data.geom_xmat[others].reshape(-1, 3, 3)[:, 2], model.geom_aabb[others]
+    reach = (up * box[:, :3] + np.abs(up) * box[:, 3:]).sum(axis=1)
+    rise = data.geom_xpos[others, 2] + reach - (data.geom_xpos[own, 2] - radius)
+    return is_wheel & (rise < (1.0 - LEVEL) * radius)
 
 
 @njit(cache=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import wrap
+from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.model.entities import Entity
@@ -88,6 +88,23 @@ def test_sill_of_a_third_of_the_wheels_radius_is_crossed(axles: int, radius: flo
     edge = 8.0 * radius
     sim = _simulator(robot, sill(0.3 * radius, edge, radius))
     assert run(sim, 20.0 * radius / 0.3 + 3.0, Velocity(0.3)).truth.pose.x > 2.0 * edge
+
+
+@pytest.mark.parametrize(("share", "touches"), [(0.1, False), (0.28, False), (0.9, True)])
+@pytest.mark.parametrize("heading", [0.0, 1e-3, 0.5, 0.9])
+@pytest.mark.parametrize("speed", [0.2, 0.5])
+def test_wheels_touch_no_board_that_they_roll_over(
+    share: float, touches: bool, heading: float, speed: float
+) -> None:
+    radius = 0.1
+    world = sill(share * radius, 6.0 * radius, radius)
+    config, start = SimulatorConfig(), SE2(0.0, 0.0, heading)
+    robot = Chassis(20.0, radius).robot()
+    sim = Simulation(solo(robot, start), world, config, np.random.default_rng(0))
+    ticks = round(15.0 * radius / math.cos(heading) / speed / config.tick)
+    seen = [sim.drive(Velocity(speed)) for _ in range(ticks)]
+    assert any(each.contacts == ("sill",) for each in seen) == touches
+    assert (seen[-1].truth.pose.x > 9.0 * radius) != touches
 
 
 def test_heavy_box_stands_when_a_light_robot_pushes() -> None:
