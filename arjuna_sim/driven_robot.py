@@ -280,7 +280,8 @@ class DrivenRobot:
         self._spawn_notes = ()
         if self.spawn != wanted:
             touched = self._placer.touched(wanted)
-            where = f"at {EDGE}" if touched == (EDGE,) else f"inside {', '.join(touched)}"
+            inside = f"inside {', '.join(touched)}" if touched else "without room to turn"
+            where = f"at {EDGE}" if touched == (EDGE,) else inside
             self._spawn_notes = (
                 f"the start {_place(wanted)} is {where}: the robot starts at {_place(self.spawn)}",
             )

@@ -10,13 +10,14 @@ import numpy as np
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import Pose3
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_sim.physics.ground import RISE_MAX, Ground, Survey
 from arjuna_sim.physics.stage import Stage
 
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
 _ROUGH = 0.05  # how far wheels may stand from one plane on uneven ground [m]
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
+_BESIDE = 0.5  # how far from the origin a robot starts that could not turn there [m]
 _ROOM = 0.05  # how far ahead and back a robot with room to drive away stands free, too [m]
 EDGE = "the edge of the ground"
 """What is in the way where a wheel would stand on nothing."""
@@ -49,15 +50,19 @@ class Placer:
     def nearest_free(self, pose: SE2) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
-        Any but the pose itself has room to turn and drive away.
+        Any but the pose itself has room to turn and drive away. The origin, where a robot starts
+        unless somebody asks for another pose, gives way to one that has such room beside it.
 
         Raises:
             WorldError: No pose within 3 m is free.
         """
         touched = self.touched(pose)
-        if not touched:
+        if not touched and pose != IDENTITY:
             return pose
         survey = self._ground.survey(pose.x, pose.y)
+        if not touched:
+            has_room = self._has_room(pose, survey, False)
+            return pose if has_room else self._nearest(pose, survey, True, _BESIDE) or pose
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
@@ -67,8 +72,10 @@ class Placer:
         problem = f"no pose within {_RADIUS_MAX:g} m of ({pose.x:g}, {pose.y:g}) is free"
         raise WorldError(self._stage.world.path, f"{problem} for the robot")
 
-    def _nearest(self, pose: SE2, survey: Survey, is_ground: bool) -> SE2 | None:
-        for ring in range(1, round(_RADIUS_MAX / _RING) + 1):
+    def _nearest(
+        self, pose: SE2, survey: Survey, is_ground: bool, reach: float = _RADIUS_MAX
+    ) -> SE2 | None:
+        for ring in range(1, round(reach / _RING) + 1):
             for step in range(16):
                 angle = pose.theta + 2.0 * math.pi * step / 16
                 x = pose.x + ring * _RING * math.cos(angle)
