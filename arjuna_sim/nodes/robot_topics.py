@@ -144,7 +144,10 @@ class RobotTopics:
         _check_rates(node, self.settings, config)
         self._node = node
         self._create_publishers(node)
-        self._odom_due = _slower(self.drive.rate, config.tick)
+        rate = self.drive.rate
+        often = max(rate, config.transform_rate) if rate else rate
+        self._odom_due = _slower(often if self.is_fused else rate, config.tick)
+        self._tf_due = _slower(often, config.tick)
         self._joints_due = _slower(settings.report_rate, config.tick)
         # messages of each tick are used again: making an Odometry costs five times as much
 
@@ -180,7 +183,7 @@ class RobotTopics:
     def publish(self, observation: Observation) -> None:
         """Publish what is due of an observation and, if it costs, subscribed to."""
         now = observation.time
-        if self.drive.wheels and (self._odom_due is None or self._odom_due.due(now)):
+        if self.drive.wheels:
             self._publish_odometry(observation)
         if self._joints_due is None or self._joints_due.due(now):
             self._publish_joints(observation.joints, now)
@@ -199,14 +202,15 @@ class RobotTopics:
 
     def _publish_odometry(self, observation: Observation) -> None:
         drive, now = self.drive, observation.time
+        is_due, moves = (due is None or due.due(now) for due in (self._odom_due, self._tf_due))
         estimate = observation.odometry
         if drive.from_world:
             estimate = _exact(observation.truth)
         frame = drive.odometry_frame
-        if "odom_tf" in drive.publishes:
+        if moves and "odom_tf" in drive.publishes:
             T = transform_msg(estimate.T_odom_base, frame, self._base, now)
             self._tf_out.publish(transforms_msg(T))
-        if "odom" in drive.publishes:
+        if is_due and "odom" in drive.publishes:
             self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
 
     def _publish_sensors(self, observation: Observation) -> None:

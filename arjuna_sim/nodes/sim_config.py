@@ -75,6 +75,15 @@ class SimConfig(SimulatorConfig):
         " ones where they are: for a robot_state_publisher of yours, which knows no others.",
         read_only=True,
     )
+    transform_rate: float = param(
+        10.0,
+        "Least rate of the transform from odom, and of wheels whose odometry is fused, also where"
+        " the robot's file publishes less often: navigation takes nothing older than some tenths"
+        " of a second.",
+        unit="Hz",
+        minimum=0.0,
+        read_only=True,
+    )
     cloud_rate: float = param(
         0.0,
         "Most clouds a second of each depth camera, while nobody looks at its pictures; 0 for as"

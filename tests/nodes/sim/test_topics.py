@@ -16,6 +16,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
+from arjuna_sim.nodes.sim_config import SimConfig
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
 
@@ -77,14 +78,24 @@ def test_lidar_rate_is_exact_in_sim_time(
     assert max(late) < 0.02 - 1e-6
 
 
-@pytest.mark.parametrize("rate", [10.0, 25.0])
+@pytest.mark.parametrize("rate", [1.0, 10.0, 25.0])
 def test_odometry_rate_of_the_file_is_exact(bench: RosBench, tmp_path: Path, rate: float) -> None:
+    """Its transform comes no less often than navigation needs it."""
     edit = ("<updateRate>50", f"<updateRate>{rate:g}")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
     odom = bench.collect(Odometry, "/odom")
     transforms = bench.collect(TFMessage, "/tf")
     run(bench, sim, 100)
-    assert len(odom) == len(transforms) == round(2.0 * rate)
+    assert len(odom) == round(2.0 * rate)
+    assert len(transforms) == round(2.0 * max(rate, SimConfig().transform_rate))
+
+
+def test_wheels_come_often_enough_to_be_fused(bench: RosBench, tmp_path: Path) -> None:
+    edit = ("<updateRate>50", "<updateRate>1")
+    sim = start_sim(bench, robot=_robot(tmp_path, edit), fused_odometry=True)
+    odom = bench.collect(Odometry, "/wheel_odom")
+    run(bench, sim, 100)
+    assert len(odom) == round(2.0 * SimConfig().transform_rate)
 
 
 def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) -> None:
