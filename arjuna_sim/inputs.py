@@ -71,6 +71,21 @@ def names_of(robot: RobotModel, is_fused: bool = False) -> dict[str, str]:
     return found
 
 
+def frames_and_topics(robot: RobotModel) -> dict[str, frozenset[str]]:
+    """Return what a robot's file gives of what `names_of` names; nothing where it has none."""
+    drive, sensors = robot.drive, robot.settings.sensors
+    clouds = frozenset(_clouds(robot))
+    scans = {s.topic for s in sensors if isinstance(s, LidarSettings)}
+    found = {
+        "scan_topic": scans,
+        "cloud_topic": clouds | scans if clouds else (),
+        "odom_topic": (drive.odometry_topic, drive.fused_topic),
+        "base_frame": robot.urdf.links,
+        "odom_frame": (drive.odometry_frame,),
+    }
+    return {key: frozenset(name.strip("/") for name in names) for key, names in found.items()}
+
+
 def _clouds(robot: RobotModel) -> dict[str, float]:
     """Return the topics of a robot's clouds, and how their points scatter [m].
 

@@ -24,7 +24,7 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
-from bringup.parameters.robot_file import contradictions, of_robot
+from bringup.parameters.robot_file import contradictions, of_robot, other_names
 from bringup.parameters.sources import as_theirs, known_keys, of_words
 from bringup.stack import (
     GLOBAL_COSTMAP,
@@ -156,7 +156,8 @@ def check_file(path: Path, robot: str = "") -> Checked:
         sim, locate = {"robot": robot}, _locator(source)
         groups = STACKS["nav"]
         parameters = merged(read.parameters, of_robot(read.parameters, sim, groups))
-        for one in contradictions(parameters, sim):
+        others = other_names(parameters, sim, groups) if robot else ()
+        for one in (*contradictions(parameters, sim), *others):
             read.remarks.append(one._replace(location=locate(one.where)))
     for spec in all_nodes():
         values = for_node(read.parameters, spec.name)

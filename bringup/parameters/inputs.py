@@ -20,7 +20,12 @@ from bringup.parameters.files import (
     sim_time_of,
 )
 from bringup.parameters.remarks import Remark
-from bringup.parameters.robot_file import contradictions, lacking_transform, of_robot
+from bringup.parameters.robot_file import (
+    contradictions,
+    lacking_transform,
+    of_robot,
+    other_names,
+)
 from bringup.parameters.sources import is_fleet, of_options, originals_of
 from bringup.parameters.world_robots import take_robots_of_world
 from bringup.stack import (
@@ -143,7 +148,10 @@ def _of_robot(
         parameters = merged(parameters, of_robot(named, robot, groups, simulated))
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
     remarks = list(contradictions(parameters, robot)) if known else []
-    return parameters, [*remarks, *(lacking_transform(robot) if known and simulated else ())]
+    if known and simulated:
+        remarks += lacking_transform(robot)
+        remarks += other_names(merged(parameters, options), robot, groups, namespace)
+    return parameters, remarks
 
 
 def _safety_lines(remarks: Iterable[Remark], groups: Sequence[Group]) -> dict[str, Any]:

@@ -12,7 +12,16 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
-from bringup.stack import CONTROLLER_SERVER, GLOBAL_COSTMAP, LOCAL_COSTMAP, Group, NodeSpec
+from bringup.stack import (
+    CONTROLLER_SERVER,
+    EKF,
+    GLOBAL_COSTMAP,
+    LOCAL_COSTMAP,
+    VELOCITY_SMOOTHER,
+    Group,
+    NodeSpec,
+    fusion_nodes,
+)
 
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
 """The nodes with a costmap, and what stands before its parameters."""
@@ -31,6 +40,17 @@ _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
 _NEVER_STANDARD = ("base_frame", "cloud_topic")
 """Names that a robot's file gives even where its topics are the standard ones."""
+_STANDARD = {
+    "scan_topic": "scan",
+    "cloud_topic": "depth/points",
+    "odom_topic": "odom",
+    "base_frame": "base_link",
+    "odom_frame": "odom",
+}
+"""The usual names of what nodes take from the robot; who takes velocities is watched at run time.
+"""
+_MAPS = {"odom_frame": {"map"}}
+"""Frames that others than the robot give: a local costmap may be in the map's."""
 _AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
@@ -98,6 +118,47 @@ def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
         " IMU to fuse: a filter of yours must, or --param sim:standard_topics:=true"
     )
     yield Remark(Kind.UNLIKE, f"{LOCAL_COSTMAP.name}: global_frame", reason)
+
+
+def other_names(
+    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], namespace: str = ""
+) -> Iterator[Remark]:
+    """Yield the topics and frames that nothing gives where a simulated robot drives.
+
+    Odometry may come from robot_localization's nodes, by any name, where a file has them.
+
+    Raises:
+        ArjunaError: The robot's file cannot be used.
+    """
+    from arjuna_sim.inputs import frames_and_topics, named_robot, names_of
+
+    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    its, usual = names_of(robot, _is_fused(robot, sim)), bool(sim.get("standard_topics"))
+    given = frames_and_topics(robot)
+    if fusion_nodes(parameters):
+        del given["odom_topic"], given["odom_frame"]
+    found: dict[tuple[str, str], dict[str, list[str]]] = {}
+    for spec in (spec for group in groups for spec in group.nodes if spec != EKF):
+        values = parameters.get(spec.name, {})
+        if spec == VELOCITY_SMOOTHER and values.get("feedback") != "CLOSED_LOOP":
+            continue  # it does not listen
+        keys = keys_by_name(spec, values)
+        for what, its_own in given.items():
+            valid = its_own | ({_STANDARD[what]} if usual else set()) | _MAPS.get(what, set())
+            for key in keys[what] if its_own else ():
+                name = str(values.get(key) or "").removeprefix(f"/{namespace}/").strip("/")
+                if name and name not in valid:
+                    found.setdefault((what, name), {}).setdefault(key, []).append(spec.name)
+    for (what, name), nodes in found.items():
+        (where, *others) = (f"{node}: {key}" for key, of in nodes.items() for node in of)
+        own = _STANDARD[what] if usual else its.get(what, _STANDARD[what]).partition(" ")[0]
+        advice = " ".join(
+            f"--param '{of[0] + ':' if len(of) == 1 else ''}{key}:={own}'"
+            for key, of in nodes.items()
+        )
+        too = f" (also {', '.join(others)})" if others else ""
+        reason = f"'{name}', but the robot's own is '{own}'{too}: if no node of yours gives it,"
+        yield Remark(Kind.UNLIKE, where, f"{reason} {advice}")
 
 
 def _is_fused(robot: Any, sim: Mapping[str, Any]) -> bool:

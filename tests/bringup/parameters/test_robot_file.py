@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import shlex
 from pathlib import Path
+from typing import Any
 
 import pytest
+import yaml
 
 pytest.importorskip("rclpy", reason="no ROS here")
 
@@ -12,10 +15,12 @@ from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli import parse
 from bringup.parameters.checking import check_file
-from bringup.parameters.files import SAFETY, for_node
+from bringup.parameters.files import SAFETY, for_node, shipped_parameters
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Kind
-from bringup.stack import LOCAL_COSTMAP
+from bringup.parameters.sources import keys_by_name
+from bringup.stack import DEMO_GROUPS, EKF, LOCAL_COSTMAP
+from tests.helpers.nav.stock_files import FILES
 from tests.sim.drive_cases import mecanum
 
 pytestmark = pytest.mark.ros
@@ -146,3 +151,79 @@ def test_a_transform_that_nobody_publishes_is_told(
     gather(parse(["demo", "--robot", str(file), *given]))
     said = "publishes no transform odom -> base_footprint" in capsys.readouterr().err
     assert said is is_said
+
+
+NAMES = ["scan_topic", "cloud_topic", "odom_topic", "base_frame", "odom_frame"]
+UNHEARD = {"velocity_smoother: odom_topic"}  # as long as it does not close the loop
+
+
+def with_names(folder: Path, what: str, name: str, **further: Any) -> tuple[str, set[str]]:
+    """Write a file with a name of the robot's at every node that has one, as others' files do."""
+    given, wanted = dict[str, Any](), set()
+    shipped = shipped_parameters()
+    for spec in (each for group in DEMO_GROUPS for each in group.nodes if each != EKF):
+        for key in keys_by_name(spec, shipped.get(spec.name, {}))[what]:
+            given.setdefault(f"/{spec.name}", {"ros__parameters": {}})["ros__parameters"][key] = (
+                name
+            )
+            wanted |= {f"{spec.name}: {key}"} - UNHEARD
+    file = folder / "names.yaml"
+    file.write_text(yaml.safe_dump({**given, **further}), encoding="utf-8")
+    return str(file), wanted
+
+
+def said_of(words: list[str], capsys: pytest.CaptureFixture[str]) -> list[str]:
+    gather(parse(words))
+    return [line for line in capsys.readouterr().err.splitlines() if "robot's own is" in line]
+
+
+@pytest.mark.parametrize(("what", "slash"), [*((name, "") for name in NAMES), (NAMES[0], "/")])
+def test_names_that_nothing_gives_are_told_with_the_robot_s(
+    what: str, slash: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Files of robots with odom_combined or scan_filtered ended in a lacking transform alone."""
+    file, wanted = with_names(tmp_path, what, f"{slash}other")
+    words = ["demo", "--params", file]
+    (line,) = said_of(words, capsys)
+    assert wanted
+    assert all(each in line for each in ("unlike the robot: ", *wanted))
+    advice = shlex.split(line[line.index("--param") :])
+    assert said_of([*words, *advice], capsys) == []
+    (remark,) = check_file(Path(file), str(shipped_file("urdf/arjuna.urdf"))).remarks
+    assert (remark.kind, bool(remark.location)) == (Kind.UNLIKE, True)
+    assert check_file(Path(file)).remarks == [], "it may be of a robot that is not here"
+
+
+@pytest.mark.parametrize(("what", "is_said"), [("odom_topic", False), ("scan_topic", True)])
+def test_robot_localization_may_give_the_odometry(
+    what: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    fused = {"ros__parameters": {"odom0": "odom", "odom0_config": [True] * 15}}
+    file, _ = with_names(tmp_path, what, "other", ekf_filter_node=fused)
+    assert bool(said_of(["demo", "--params", file], capsys)) is is_said
+
+
+@pytest.mark.parametrize(
+    ("node", "text", "is_said"),
+    [
+        ("local_costmap: {local_costmap", "global_frame: map}", False),
+        ("collision_monitor", "cmd_vel_out_topic: cmd_vel_smoothed", False),
+        ("velocity_smoother", "odom_topic: other", False),
+        ("velocity_smoother", "odom_topic: other, feedback: CLOSED_LOOP", True),
+    ],
+)
+def test_names_that_are_valid_or_not_heard(
+    node: str, text: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    file = tmp_path / "names.yaml"
+    file.write_text(f"{node}: {{ros__parameters: {{{text}}}}}", encoding="utf-8")
+    assert bool(said_of(["demo", "--params", str(file)], capsys)) is is_said
+
+
+@pytest.mark.parametrize("file", FILES)
+def test_stock_files_have_the_robot_s_names(
+    file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "stock.yaml"
+    path.write_text(FILES[file], encoding="utf-8")
+    assert said_of(["demo", "--params", str(path)], capsys) == []
