@@ -52,7 +52,8 @@ def _rolls_over(scene: Scene, data: Any, robot: str, own: Ints, others: Ints) ->
     up, box = data.geom_xmat[others].reshape(-1, 3, 3)[:, 2], model.geom_aabb[others]
     reach = (up * box[:, :3] + np.abs(up) * box[:, 3:]).sum(axis=1)
     rise = data.geom_xpos[others, 2] + reach - (data.geom_xpos[own, 2] - radius)
-    return is_wheel & (rise < (1.0 - LEVEL) * radius)
+    is_low: Bools = rise < (1.0 - LEVEL) * radius
+    return is_wheel & is_low
 
 
 @njit(cache=True)
