@@ -249,7 +249,7 @@ class MotionControlNode(GoalNode):
         self._status.publish(status)
 
     def _publish_battery(self) -> None:
-        """Publish a full battery, for which programs of a Create 3 wait, unless the robot has one."""
+        """Publish a full battery, which programs of a Create 3 wait for, unless there is one."""
         if self.count_publishers("battery_state") > 1:
             return
         state = BatteryState(header=header(self.config.base_frame, self.now), present=True)

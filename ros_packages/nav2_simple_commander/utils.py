@@ -3,18 +3,24 @@
 # ruff: noqa: T201 - the original's words
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
-
-import psutil
+from pathlib import Path
 
 __all__ = ["find_os_processes", "kill_os_processes", "kill_process"]
 
 
 def find_os_processes(name: str) -> list[tuple[str, str]]:
     """Return id and command of each process whose command begins with a text."""
-    every = ((p.pid, " ".join(p.info["cmdline"] or ())) for p in psutil.process_iter(["cmdline"]))
-    return [(str(pid), command) for pid, command in every if command.startswith(name)]
+    found = []
+    for folder in Path("/proc").glob("[0-9]*") if name else ():
+        with contextlib.suppress(OSError):  # it may end meanwhile
+            words = (folder / "cmdline").read_bytes().decode(errors="replace").split("\0")
+            command = " ".join(words).strip()
+            if command.startswith(name):
+                found.append((folder.name, command))
+    return found
 
 
 def kill_process(pid: str) -> None:

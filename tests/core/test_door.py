@@ -65,6 +65,7 @@ KNOWN = {
     "bringup/processes/fork.py: .read_text": "/proc",
     "bringup/processes/health.py: .read_text": "/proc",
     "bringup/ros2/discovery.py: _TABLE.read_text": "/proc",
+    "ros_packages/nav2_simple_commander/utils.py: .read_bytes": "/proc",
     "bringup/processes/child.py: lock.open": "locks of /dev/shm, which are not read",
     # What is installed with us.
     "arjuna_core/files/array_cache.py: .read_bytes": "our own modules",

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import os
 import signal
+import time
 from collections import deque
 from collections.abc import Iterator
 
 import pytest
 
-from bringup.ros2 import errors, main
+from bringup.ros2 import main
 from bringup.ros2.errors import check_interrupts, watch_interrupts
 from bringup.ros2.statistics import Intervals, bandwidth_text, spread_text
 
@@ -96,8 +98,8 @@ def test_a_signal_that_is_sent_twice_interrupts_once(monkeypatch: pytest.MonkeyP
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         signal.raise_signal(signal.SIGINT)
     signal.raise_signal(signal.SIGINT)
-    later = errors.time.monotonic() + 2.0
-    monkeypatch.setattr(errors.time, "monotonic", lambda: later)
+    later = time.monotonic() + 2.0
+    monkeypatch.setattr(time, "monotonic", lambda: later)
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         signal.raise_signal(signal.SIGINT)
 
@@ -107,7 +109,7 @@ def test_a_command_that_ends_cannot_be_interrupted(monkeypatch: pytest.MonkeyPat
     monkeypatch.delenv("ROS_DISTRO", raising=False)
     monkeypatch.setattr(main, "_guarded", lambda words: 3)
     monkeypatch.setattr(
-        main.os, "_exit", lambda code: ends.append((code, signal.getsignal(signal.SIGINT)))
+        os, "_exit", lambda code: ends.append((code, signal.getsignal(signal.SIGINT)))
     )
     main.main()
     assert ends == [(3, signal.SIG_IGN)]

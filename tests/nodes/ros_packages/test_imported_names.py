@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import importlib
+import signal
+import subprocess
 
 import pytest
+from nav2_simple_commander.utils import find_os_processes, kill_os_processes
 
 _ACTIONS = (
     "AssistedTeleop BackUp ComputePathThroughPoses ComputePathToPose FollowGPSWaypoints FollowPath "
@@ -49,3 +52,19 @@ def test_modules_that_are_compiled_there_are_attributes_too() -> None:
     options = rosbag2_py._storage.StorageOptions(uri="a", storage_id="mcap")
     assert options == rosbag2_py.StorageOptions(uri="a", storage_id="mcap")
     assert rosbag2_py._reader.SequentialReader is rosbag2_py.SequentialReader
+
+
+def test_processes_are_ended_by_the_beginning_of_their_commands(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    sleeper = subprocess.Popen(["sleep", "61.25"])
+    assert find_os_processes("sleep 61.25") == [(str(sleeper.pid), "sleep 61.25")]
+    assert find_os_processes("") == []
+    kill_os_processes("sleep 61.25")
+    assert sleeper.wait(10.0) == -signal.SIGKILL
+    kill_os_processes("sleep 61.25")
+    said = capsys.readouterr().out.splitlines()
+    assert said == [
+        f"Successfully killed process with PID: {sleeper.pid}",
+        "No processes found starting with sleep 61.25",
+    ]
