@@ -1,12 +1,15 @@
 """Transforms for messages of geometry_msgs; importing it registers them with tf2_ros."""
 
-from tf2_geometry_msgs.tf2_geometry_msgs import (
+from geometry_msgs.msg import (
     PointStamped,
     Pose,
     PoseStamped,
     PoseWithCovarianceStamped,
     TransformStamped,
     Vector3Stamped,
+)
+
+from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_point,
     do_transform_pose,
     do_transform_pose_stamped,
