@@ -87,7 +87,7 @@ def openers(source: str) -> Iterator[str]:
             continue
         if isinstance(node, ast.Name) and node.id in NAMES and isinstance(node.ctx, ast.Load):
             yield node.id
-        elif isinstance(node, ast.Attribute):
+        elif isinstance(node, ast.Attribute) and node.attr in METHODS | OPENERS:
             owner = ast.unparse(node.value).rpartition(".")[2]
             is_path = node.attr in METHODS and (node in calls or owner == "Path")
             if is_path or (owner in MODULES and node.attr in OPENERS):

@@ -29,6 +29,7 @@ PATHS = {
     "turn at the goal": ([(1.0, 3.0), (4.0, 3.0)], math.pi, 0.10),
 }
 ORIGIN = SE2(-2.0, 1.5, 0.7)
+"""Of the grid on which the paths lie."""
 
 
 @pytest.fixture(params=PARAMETERS)
@@ -53,8 +54,11 @@ def test_follows_to_the_goal_and_stays(name: str, controller: Controller, shape:
     if name == "dwb" and shape == "behind":
         pytest.skip("DWB's scores do not lead it round: that is what the shim is for")
     corners, final_yaw, allowed = PATHS[shape]
-    costmap, path = costmap_of(empty_grid(6.0, 6.0)), polyline(corners, final_yaw)
-    robot = Unicycle(SE2(*corners[0], 0.0))
+    costmap = costmap_of(empty_grid(6.0, 6.0, ORIGIN))
+    path = np.array(
+        [(ORIGIN @ SE2.from_array(row)).array() for row in polyline(corners, final_yaw)]
+    )
+    robot = Unicycle(ORIGIN @ SE2(*corners[0]))
     controller.set_path(path)
     results = follow(controller, robot, costmap, 460)
     goal = SE2.from_array(path[-1])
@@ -78,17 +82,6 @@ def test_pushed_away_from_the_goal_it_drives_back(controller: Controller) -> Non
     controller.set_path(polyline([(2.5, 2.8), (4.0, 3.0)], 0.0))  # as a navigator plans again
     follow(controller, robot, costmap, 200)
     assert robot.pose.distance(goal) < XY_TOLERANCE
-
-
-def test_follows_wherever_the_grid_lies(controller: Controller) -> None:
-    costmap = costmap_of(empty_grid(6.0, 6.0, ORIGIN))
-    path = polyline([(1.0, 2.0), (4.0, 2.0)], 0.0)
-    moved = np.array([(ORIGIN @ SE2.from_array(row)).array() for row in path])
-    robot = Unicycle(ORIGIN @ SE2(1.0, 2.0))
-    controller.set_path(moved)
-    follow(controller, robot, costmap, 250)
-    assert robot.pose.distance(SE2.from_array(moved[-1])) < XY_TOLERANCE
-    assert off_the_path(robot, moved) < 0.1
 
 
 @pytest.mark.parametrize("footprint", ["circle", "polygon"])
@@ -140,7 +133,7 @@ def test_is_the_same_each_time(name: str) -> None:
     for _ in range(2):
         controller, robot = make(name), Unicycle(SE2(1.0, 3.0, 0.0))
         controller.set_path(polyline([(1.0, 3.0), (4.0, 3.0)], 0.0))
-        follow(controller, robot, costmap, 80)
+        follow(controller, robot, costmap, 40)
         traces.append([tuple(pose.array()) for pose in robot.trace])
     assert traces[0] == traces[1]
 
@@ -153,13 +146,7 @@ def test_a_new_path_to_the_same_goal_is_continued_on(controller: Controller) -> 
         results = follow(controller, robot, costmap, 20)
         assert all(result.status is ControlStatus.SUCCEEDED for result in results)
         assert k == 0 or min(result.velocity.x for result in results) > 0.2, "it hesitates"
-
-
-def test_says_what_is_left_of_the_path(controller: Controller) -> None:
-    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(1.0, 3.0, 0.0))
-    controller.set_path(polyline([(1.0, 3.0), (4.0, 3.0)], 0.0))
-    follow(controller, robot, costmap, 100)
-    assert controller.path[0, 0] == pytest.approx(robot.pose.x, abs=0.06)
+        assert controller.path[0, 0] == pytest.approx(robot.pose.x, abs=0.06), "what is left"
 
 
 def test_says_that_no_path_was_set(controller: Controller) -> None:

@@ -74,6 +74,8 @@ def test_refuses_what_is_no_footprint(text: str) -> None:
         Footprint.parse(text, 0.25, 0.0)
     with pytest.raises(ConfigError, match=r"valid: '\[\[x, y\]|at least three corners"):
         load(CostmapConfig, {"body": text})
+    with pytest.raises(ConfigError, match="at least three corners"):
+        Footprint.polygon(np.ones((4, 3)))
 
 
 @pytest.mark.parametrize(("x", "padding"), [(20.01, 0.0), (-1e7, 0.0), (19.9, 0.2)])

@@ -6,7 +6,7 @@ import heapq
 import math
 import re
 from collections.abc import Callable
-from functools import partial
+from functools import cache, partial
 
 import numpy as np
 import pytest
@@ -21,7 +21,8 @@ from tests.helpers.nav import planners
 from tests.helpers.nav.planners import CLASSES, ON_CELLS
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
-ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
+ORIGINS = [SE2(-2.0, 1.5), SE2(3.0, -1.0, 0.7)]
+MAZES = (0, 1, 2, 3, 29)  # the last is closed
 
 
 @pytest.fixture(params=CLASSES)
@@ -49,8 +50,10 @@ def maze(seed: int, cells: int = 40) -> tuple[NDArray[np.bool_], Costmap]:
     return blocked, Costmap(GridFrame(0.1, cells, cells), data)
 
 
-def dijkstra(blocked: NDArray[np.bool_], start: tuple[int, int], goal: tuple[int, int]) -> float:
+@cache
+def shortest(seed: int) -> float:
     """Return the exact 8-connected length in cells without cut corners, inf if there is none."""
+    (blocked, _), start, goal = maze(seed), (1, 1), (38, 38)
     best = {start: 0.0}
     queue = [(0.0, start)]
     height, width = blocked.shape
@@ -85,12 +88,11 @@ def costs_along(costmap: Costmap, path: NDArray[np.float64]) -> NDArray[np.int64
     return np.array(costs)
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", MAZES)
 def test_maze_paths_are_near_optimal(make_on_cells: Callable[..., Planner], seed: int) -> None:
-    blocked, costmap = maze(seed)
-    start, goal = (1, 1), (38, 38)
-    exact = dijkstra(blocked, start, goal) * 0.1
-    poses = [SE2(*costmap.frame.to_point(*cell)) for cell in (start, goal)]
+    _, costmap = maze(seed)
+    exact = shortest(seed) * 0.1
+    poses = [SE2(*costmap.frame.to_point(*cell)) for cell in ((1, 1), (38, 38))]
     result = make_on_cells(tolerance=0.0).plan(costmap, *poses)
     if math.isinf(exact):
         assert result.status is PlanStatus.NO_VALID_PATH
@@ -101,8 +103,8 @@ def test_maze_paths_are_near_optimal(make_on_cells: Callable[..., Planner], seed
 
 
 def test_the_mazes_are_mazes() -> None:
-    lengths = [dijkstra(maze(seed)[0], (1, 1), (38, 38)) for seed in range(12)]
-    assert np.isfinite(lengths).sum() >= 9
+    lengths = [shortest(seed) for seed in MAZES]
+    assert np.isfinite(lengths).tolist() == [True] * 4 + [False]
     assert np.nanmean([v for v in lengths if math.isfinite(v)]) > 1.3 * math.hypot(37, 37)
 
 

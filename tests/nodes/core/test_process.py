@@ -6,7 +6,10 @@ import gc
 import os
 import subprocess
 import sys
+import threading
 from pathlib import Path
+from queue import SimpleQueue
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -22,6 +25,7 @@ from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.convert import time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import Process, Transport
+from arjuna_core.ros.worker import Worker
 from arjuna_core.se2 import SE2
 from bringup.stack import (
     COLLISION_MONITOR,
@@ -33,6 +37,18 @@ from bringup.stack import (
 from tests.helpers.ros import TICK, RosBench
 
 STALL = 25  # ticks, 0.5 s
+
+
+def test_a_worker_hands_over_in_the_executor_what_its_thread_computed() -> None:
+    later: SimpleQueue[Any] = SimpleQueue()
+    process: Any = SimpleNamespace(isolated=False, later=later.put)
+    worker, results = Worker(process), list[str]()
+    worker.run(lambda: threading.current_thread().name, lambda take: results.append(take()))
+    call = later.get(timeout=10.0)
+    assert results == []
+    call()
+    worker.destroy()
+    assert results != [threading.current_thread().name]
 
 
 class WatchNode(ManagedNode):

@@ -155,8 +155,9 @@ def grid_with_edge(origin: SE2, edge: int = 100) -> OccupancyGrid:
 def density(grid: OccupancyGrid, column: int, reading: float) -> float:
     """The model's density of one beam along the middle row, from the middle of a column."""
     x, y = grid.frame.to_point(2, column)
-    pose: Floats = np.array([[x, y, grid.frame.origin.theta]])
-    scan = Scan(np.array([reading]), 0.0, 0.1, 0.05, RANGE_MAX)
+    mount = SE2(0.3, -0.7, 0.4)
+    pose: Floats = (SE2(x, y, grid.frame.origin.theta) @ mount.inverse()).array()[np.newaxis]
+    scan = Scan(np.array([reading]), 0.0, 0.1, 0.05, RANGE_MAX, T_base_sensor=mount)
     model = BeamModel(MapField(grid, 2.0), BEAM)
     factor = model.weigh(pose, ScanView.of(scan, BEAM)).factors[0]
     return float((factor - 1.0) ** (1.0 / 3.0))

@@ -227,7 +227,7 @@ def test_random_damage_raises_only_the_readers_error(suffix: str, tmp_path: Path
         ".bag": lambda: write_ros1(tmp_path / "a.bag", some),
     }[suffix]()
     whole, rng = path.read_bytes(), np.random.default_rng(4)
-    for _ in range(60):
+    for _ in range(30):
         damaged = bytearray(whole)
         for at in rng.integers(0, len(whole), 20).tolist():
             damaged[at] = int(rng.integers(256))

@@ -60,6 +60,16 @@ def test_what_moved_farthest_is_traced_first() -> None:
         assert drawn.map_behind
         poses[first, 0] = (0.2, 0.5, 0.3)[first]
     assert not drawn.map_behind
+    fresh = Keyframes(CELL, 10.0)
+    for scan, pose in zip(drawn.scans, poses, strict=True):
+        fresh.add(scan, SE2.from_array(pose))
+    again, anew = drawn.map(), fresh.map()
+    assert again is not None
+    assert anew is not None
+    cells = np.argwhere(anew.data >= 0)
+    where = [again.frame.to_cell(*anew.frame.to_point(*cell)) for cell in cells.tolist()]
+    assert [again.data[cell] for cell in where] == anew.data[anew.data >= 0].tolist()
+    assert (again.data >= 0).sum() == len(cells), "nothing is left where they were"
 
 
 def test_a_new_scan_is_behind() -> None:

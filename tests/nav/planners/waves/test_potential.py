@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 import pytest
 from numpy.typing import NDArray
@@ -13,6 +15,7 @@ from tests.helpers.nav.navfn_maps import inflated, maze
 
 Cells = NDArray[np.uint8]
 COSTS = traversal_costs()
+MAPS = range(24)
 
 
 def random_map(seed: int) -> tuple[Cells, NDArray[np.int64]]:
@@ -31,6 +34,13 @@ def random_map(seed: int) -> tuple[Cells, NDArray[np.int64]]:
     return data, free[rng.integers(len(free), size=2)]
 
 
+@cache
+def formula(seed: int) -> NDArray[np.float64]:
+    """Return the potential of a random map about its first cell by the formula alone."""
+    data, (start, _) = random_map(seed)
+    return plain_potential(data, COSTS, np.array([[*start, 0.0]]))
+
+
 def cost_along(path: NDArray[np.float64], data: Cells) -> float:
     """Return what a path costs that is looked at every eighth of a cell."""
     parts = np.linspace(0.0, 1.0, 5)[:-1, None, None]
@@ -40,11 +50,11 @@ def cost_along(path: NDArray[np.float64], data: Cells) -> float:
     return float((np.tile(lengths / len(parts), len(parts)) * costs).sum())
 
 
-@pytest.mark.parametrize("seed", range(24))
+@pytest.mark.parametrize("seed", MAPS)
 def test_a_wave_is_that_of_the_formula(seed: int) -> None:
     data, (start, goal) = random_map(seed)
     seeds = np.array([[*start, 0.0]])
-    found, plain = wavefront(data, COSTS, seeds), plain_potential(data, COSTS, seeds)
+    found, plain = wavefront(data, COSTS, seeds), formula(seed)
     np.testing.assert_array_equal(np.isfinite(found), np.isfinite(plain))
     np.testing.assert_array_equal(np.isfinite(found), reachable(data, COSTS, seeds))
     there = np.isfinite(plain) & (plain > 0.0)
@@ -59,14 +69,14 @@ def test_a_wave_is_that_of_the_formula(seed: int) -> None:
 
 def test_paths_cost_what_those_of_the_formula_cost() -> None:
     ratios_of_cost = []
-    for seed in range(60):
+    for seed in MAPS:
         data, (start, goal) = random_map(seed)
         seeds, end = np.array([[*start, 0.0]]), (int(goal[0]), int(goal[1]))
-        plain = plain_potential(data, COSTS, seeds).astype(np.float32)
+        plain = formula(seed).astype(np.float32)
         if np.isfinite(plain[end]) and np.hypot(*(start - goal)) > 20.0:
             paths = [descend(found, end) for found in (wavefront(data, COSTS, seeds, end), plain)]
             ratios_of_cost.append(cost_along(paths[0], data) / cost_along(paths[1], data))
-    assert len(ratios_of_cost) > 20
+    assert len(ratios_of_cost) > 8
     assert np.mean(ratios_of_cost) < 1.003
     assert max(ratios_of_cost) < 1.03
 
@@ -79,6 +89,7 @@ def test_several_seeds_keep_what_they_cost() -> None:
     np.testing.assert_allclose(found, plain, rtol=0.03)
     assert found[35, 35] == 900.0
     assert found[5, 5] == 0.0
+    assert np.isfinite([COSTS[255], traversal_costs(False)[255]]).tolist() == [True, False]
 
 
 def plain_potential(
@@ -118,7 +129,7 @@ def clutter(seed: int, size: int = 400) -> Cells:
     return data
 
 
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", range(3))
 def test_a_corridor_holds_a_path_as_good_as_any(seed: int) -> None:
     data = clutter(seed)
     start, goal = (2, 2), (397, 397)
@@ -137,7 +148,7 @@ def test_a_corridor_holds_a_path_as_good_as_any(seed: int) -> None:
     assert np.isfinite(through).sum() < np.isfinite(wavefront(data, COSTS, seeds, goal)).sum()
 
 
-@pytest.mark.parametrize("seed", range(12))
+@pytest.mark.parametrize("seed", range(6))
 def test_a_corridor_says_that_no_path_is_where_none_is(seed: int) -> None:
     rng = np.random.default_rng(seed)
     data = np.zeros((300, 300), np.uint8)
