@@ -85,7 +85,7 @@ class Playing:
                 self.on_split(before, bag.current_file)
         return min(self.playback.wait(), self._tick - wall if self._tick else float("inf"))
 
-    def burst(self, count: int = 0) -> int:
+    def burst(self, count: int) -> int:
         """Publish the next messages of a paused playback, 0 for all; return how many."""
         if self.playback.paused:
             self._note("Playing next message." if count == 1 else f"Burst {count} messages.")

@@ -24,9 +24,9 @@ def test_idle_robot_stays() -> None:
     """At a rate of less than a millimetre in ten minutes."""
     sim = simulator(config=SimulatorConfig(tick=0.1))
     start = sim.robot.truth()
-    end = run(sim, 60.0).truth
-    assert start.pose.distance(end.pose) < 1e-4
-    assert abs(wrap(end.pose.theta - start.pose.theta)) < 1e-4
+    end = run(sim, 20.0).truth
+    assert start.pose.distance(end.pose) < 3e-5
+    assert abs(wrap(end.pose.theta - start.pose.theta)) < 3e-5
     assert abs(end.z) < 1e-3
     assert abs(end.v) < 1e-5
 
@@ -41,8 +41,10 @@ def test_encoders_measure_a_straight_metre_within_two_per_cent(speed: float) -> 
     assert abs(last.truth.pose.y) < 0.01
 
 
-@pytest.mark.parametrize("rate", [-1.0, 0.4, 1.0, 1.5, -2.0])
-@pytest.mark.parametrize("speed", [0.0, 0.3, 0.6])
+@pytest.mark.parametrize(
+    ("speed", "rate"),
+    [(0.0, -1.0), (0.0, 1.5), (0.3, 0.4), (0.3, -2.0), (0.6, 1.0), (0.6, 1.5), (0.6, -2.0)],
+)
 def test_calibrated_encoders_measure_spins_and_arcs(speed: float, rate: float) -> None:
     """A quarter turn from rest to rest: 4 % of the angle, 2 % of the path along the robot.
 

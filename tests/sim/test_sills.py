@@ -24,7 +24,8 @@ def _crosses(robot: RobotModel, height: float) -> bool:
     x, radius = footprint(robot, robot.urdf.root)[:, 0], robot.drive.radius
     edge = float(x.max()) + 0.4
     world, goal = sill(height, edge, radius), edge + radius - float(x.min())
-    return sum(_arrives(robot, world, start, goal) for start in (0.0, 0.02, -0.05)) > 1
+    one, other = (_arrives(robot, world, start, goal) for start in (0.0, 0.02))
+    return one if one == other else _arrives(robot, world, -0.05, goal)
 
 
 def _arrives(robot: RobotModel, world: World, start: float, goal: float) -> bool:
@@ -38,7 +39,7 @@ ROBOTS = list(on_casters(24, 1))
 """Of these 21 do as is said within 3 mm; how three of them rock decides over 5 to 9 mm."""
 
 
-@pytest.mark.parametrize("chassis", [ROBOTS[i] for i in (1, 4, 6, 7, 12, 15)], ids=str)
+@pytest.mark.parametrize("chassis", [ROBOTS[i] for i in (1, 4, 6, 7)], ids=str)
 def test_it_crosses_what_is_said_and_no_more(chassis: Chassis) -> None:
     robot = chassis.robot()
     found = crossed_sill(robot, level())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import subprocess
 import sys
 import threading
@@ -46,13 +47,20 @@ def _run(
     return run_all(campaign, runs_of(campaign), folder, pool, ended, threading.Event())
 
 
-def test_runs_are_judged_by_their_results(tmp_path: Path) -> None:
-    outcomes = _run(_campaign(4), tmp_path)
+@pytest.fixture(scope="module")
+def four(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, list[Outcome]]:
+    """The folder and the outcomes of four runs, two at a time."""
+    folder = tmp_path_factory.mktemp("four")
+    return folder, _run(_campaign(4), folder)
+
+
+def test_runs_are_judged_by_their_results(four: tuple[Path, list[Outcome]]) -> None:
+    folder, outcomes = four
     assert [one.success for one in outcomes] == [True, True, False, False]
     assert outcomes[1].figures == {"reached": 1.0, "drive.touches": 0.0, "drive.time_s": 11.0}
     assert outcomes[2].reason == "drive.touches 1, not at most 0"
     assert outcomes[3].reason == "exit code 1, no result; no such thing"
-    assert (tmp_path / "3_3" / "log.txt").read_text(encoding="utf-8") == "no such thing\n"
+    assert (folder / "3_3" / "log.txt").read_text(encoding="utf-8") == "no such thing\n"
 
 
 _FORKS = """
@@ -86,8 +94,9 @@ def test_runs_are_forks_of_what_is_imported_once(tmp_path: Path) -> None:
 
 
 def test_a_run_without_end_is_ended(tmp_path: Path) -> None:
-    outcomes = _run(_campaign(5, limit=2.0), tmp_path)
-    assert outcomes[4].reason == "took longer than 2 s"
+    endless = {"seed": (Level("4", {"seed": 4}),)}
+    (outcome,) = _run(dataclasses.replace(_campaign(1, limit=1.0), factors=endless), tmp_path)
+    assert outcome.reason == "took longer than 1 s"
 
 
 def test_what_has_been_run_is_not_run_again(tmp_path: Path) -> None:
@@ -157,34 +166,29 @@ def test_a_run_whose_worker_dies_is_tried_thrice_then_lost(tmp_path: Path) -> No
     assert again.started == ["4_4"]  # what was lost has no outcome
 
 
-def test_table_and_page_hold_every_run(tmp_path: Path) -> None:
-    campaign = _campaign(4)
-    outcomes = _run(campaign, tmp_path)
-    write_table(tmp_path, outcomes)
-    write_page(tmp_path, campaign, outcomes)
-    table = pq.read_table(tmp_path / TABLE).to_pydict()
+def test_table_and_page_hold_every_run_and_are_the_same_whatever_the_jobs(
+    tmp_path: Path, four: tuple[Path, list[Outcome]]
+) -> None:
+    folder, outcomes = four
+    write_table(folder, outcomes)
+    table = pq.read_table(folder / TABLE).to_pydict()
     assert table["seed"] == ["0", "1", "2", "3"]
     assert table["drive.time_s"] == [10.0, 11.0, 12.0, None]
-    page = (tmp_path / PAGE).read_text(encoding="utf-8")
+    written = []
+    for each, found in (four, (tmp_path, _run(_campaign(4), tmp_path, jobs=1))):
+        write_page(each, _campaign(4), found)
+        paths = [each / PAGE, *sorted((each / PAPER).iterdir())]
+        written.append({path.name: path.read_bytes() for path in paths})
+    assert written[0] == written[1]
+    page = written[0][PAGE].decode()
     assert "<td>2 of 4</td><td>15.0 to 85.0 %</td>" in page
     assert '<a href="3_3/">3_3</a>' in page
     assert page.count("data:image/png") == 3
 
 
-def test_page_and_paper_are_the_same_whatever_the_jobs(tmp_path: Path) -> None:
-    campaign, written = _campaign(4), []
-    for jobs in (1, 3):
-        folder = tmp_path / f"{jobs}"
-        write_page(folder, campaign, _run(campaign, folder, jobs=jobs))
-        paths = [folder / PAGE, *sorted((folder / PAPER).iterdir())]
-        written.append({path.name: path.read_bytes() for path in paths})
-    assert written[0] == written[1]
-
-
-def test_two_campaigns_are_compared(tmp_path: Path) -> None:
-    _run(_campaign(4), tmp_path / "one")
+def test_two_campaigns_are_compared(tmp_path: Path, four: tuple[Path, list[Outcome]]) -> None:
     _run(_campaign(2), tmp_path / "other")
-    lines = compared(outcomes_in(tmp_path / "one"), outcomes_in(tmp_path / "other"))
+    lines = compared(outcomes_in(four[0]), outcomes_in(tmp_path / "other"))
     assert lines[1].split() == ["success", "2", "of", "4", "2", "of", "2", "0.467"]
     assert lines[-1].split()[:3] == ["drive.time_s", "11", "10.5"]
     with pytest.raises(CampaignError, match="holds no runs"):

@@ -118,6 +118,11 @@ def test_settings_are_read_as_rviz_writes_them(tmp_path: Path) -> None:
     assert a_map.color_scheme == "map"
 
 
+def test_a_picture_of_ros_1_has_its_topic(tmp_path: Path) -> None:
+    text = "Visualization Manager: {Displays: [{Class: rviz/Image, Image Topic: /cam}]}"
+    assert [each.topic for each in _read(tmp_path, text).displays] == ["/cam"]
+
+
 def test_what_is_saved_is_read_again(tmp_path: Path) -> None:
     text = write_rviz("odom", STANDARD)
     found = _read(tmp_path, text)

@@ -48,5 +48,7 @@ def _child(words: list[str], out: str, err: str, environment: dict[str, str]) ->
         os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), descriptor)
     os.environ.update(environment)
     from bringup.ros2.main import main
+    from bringup.ros2.verbs.forward import LAUNCHED
 
+    os.environ.pop(LAUNCHED, None)  # a test of `launch` leaves it: it waits 20 s for who may start
     sys.exit(main(words))

@@ -21,7 +21,7 @@ pytestmark = [
     pytest.mark.parametrize("group", GROUPS.values(), ids=GROUPS),
 ]
 CYCLE = ("configure", "activate", "deactivate", "cleanup")
-TO_STATE = {"unconfigured": (), "inactive": CYCLE[:1], "active": CYCLE[:2], "rested": CYCLE[:3]}
+TO_STATE = {"unconfigured": (), "inactive": CYCLE[:1], "active": CYCLE[:2]}
 NEEDED = {"map_server": {"yaml_filename": "maps/arjuna_room.yaml"}}
 PARAMETERS = merged(shipped_parameters(), NEEDED)
 

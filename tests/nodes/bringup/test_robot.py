@@ -66,12 +66,12 @@ def test_a_square_closes_within_two_centimetres(robot: str) -> None:
     with simulate(robot, at=(0.3, -0.2, 0.4), seed=3) as driver:
         start = truth(driver.session)
         for _ in range(4):
-            assert driver.forward(1.0) == pytest.approx(1.0, abs=0.01)
+            assert driver.forward(0.5) == pytest.approx(0.5, abs=0.01)
             assert driver.turn(math.pi / 2) == pytest.approx(math.pi / 2, abs=0.01)
         end = start.inverse() @ truth(driver.session)
         assert math.hypot(end.x, end.y) < 0.02
         assert abs(end.theta) < 0.03
-        assert driver.path.length == pytest.approx(4.0, abs=0.05)
+        assert driver.path.length == pytest.approx(2.0, abs=0.05)
 
 
 def test_a_turn_may_be_longer_than_half_a_circle_and_a_drive_go_back() -> None:

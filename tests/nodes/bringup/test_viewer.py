@@ -208,14 +208,17 @@ def test_a_click_that_is_not_taken_says_why_at_once(shown: Shown) -> None:
     shown.viewer._take(Tool.GOAL)
     shown.viewer._point((1.0, 1.0), (1.0, 2.0))
     assert "no frame is known yet" in shown.viewer._panel._hint.content
-    walls = OccupancyGrid(GridFrame(0.5, 4, 2), np.full((2, 4), 100, np.int8))
+    walls = OccupancyGrid(GridFrame(0.1, 40, 20), np.zeros((20, 40), np.int8))
+    walls.data[11, 12], walls.data[:, 30:] = 100, -1
     shown.ros.publish(GridMsg, "/map", grid_msg(walls, "map", 0.0), qos.LATCHED)
     moving = TFMessage(transforms=[transform_msg(SE2(1.0, 0.0, 0.0), "map", "base_link", 1.0)])
     shown.until(
         lambda: shown.viewer._map is not None and shown.viewer._robot.frames.fixed,
         lambda: shown.ros.publish(TFMessage, "/tf", moving),
     )
-    assert "in or near a wall" in shown.viewer._obstacle(SE2(1.0, 0.5))
+    assert "in or near a wall" in shown.viewer._obstacle(SE2(1.05, 1.05))
+    assert shown.viewer._obstacle(SE2(1.05, 0.35)) == ""
+    assert "the map knows nothing" in shown.viewer._obstacle(SE2(3.5, 1.0))
     assert "off the map" in shown.viewer._obstacle(SE2(9.0, 0.5))
 
 
@@ -235,9 +238,12 @@ def test_what_the_panel_calls_is_done_by_the_next_step(shown: Shown) -> None:
     twists = shown.ros.collect(Twist, "/cmd_vel")
     panel, robot = shown.viewer._panel, shown.viewer._robot
     shown.until(lambda: robot.node.count_subscribers("/cmd_vel"))
-    drive = panel._call(robot.drive, lambda: 0.25, lambda: -0.5)
+    handles: Any = panel._gui._gui_input_handle_from_uuid
+    inputs = {each.label: each for each in handles.values()}
+    inputs["Speed [m/s]"].value = 0.25
+    (drive,) = inputs["▼ back"]._impl.hold_cbs_from_freq[10.0]
     shown.until(lambda: twists, lambda: asyncio.run(drive(None)))
-    assert (twists[0].linear.x, twists[0].angular.z) == (0.25, -0.5)
+    assert (twists[0].linear.x, twists[0].angular.z) == (-0.25, 0.0)
     box = panel.displays._boxes["laser_scan_3"]
     box.value = False
     shown.until(lambda: not shown.handles["/world/laser_scan_3"].visible)

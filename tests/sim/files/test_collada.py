@@ -55,6 +55,16 @@ def test_a_face_of_many_corners_is_a_fan(faces: str) -> None:
     np.testing.assert_array_equal(found, np.concatenate((HALVES, HALVES[:1])))
 
 
+def test_nodes_may_be_nested_but_in_no_circle() -> None:
+    nested = node()
+    for level in range(40):
+        nested = node(inside=nested, name=f"n{level}")
+    np.testing.assert_array_equal(read_collada(file(TRIANGLES, nested)), HALVES)
+    again = "<instance_node url='#m'/>"
+    with pytest.raises(MeshError, match="nested too deeply or form a cycle"):
+        read_collada(file(TRIANGLES, node(inside=again), library=node(inside=again, name="m")))
+
+
 @pytest.mark.parametrize("blank", ["", " ", "\n  "])
 def test_a_list_without_corners_adds_none(blank: str) -> None:
     faces = TRIANGLES + f"<triangles count='0'>{{input}}<p>{blank}</p></triangles>"

@@ -33,13 +33,12 @@ def _is_at(pose: SE2, wanted: SE2, within: float) -> bool:
     return math.hypot(pose.x - wanted.x, pose.y - wanted.y) < within and turn < within
 
 
-# Which way a root that leans faces is said by the outermost model alone.
-_NOT_NESTED = "TrackedVehicle on its side"
-
-
 @pytest.mark.parametrize(
     ("drive", "form"),
-    [(d, f) for d, f in product(DRIVES, FORMS) if (d, f) != (_NOT_NESTED, "nested")],
+    [
+        *((drive, "inline") for drive in DRIVES),
+        *product(("TrackedVehicle", "diff_drive_controller"), FORMS[1:]),
+    ],
 )
 def test_a_world_holds_its_robot_however_it_is_written(
     tmp_path: Path, drive: str, form: str

@@ -191,7 +191,7 @@ def test_the_process_ends_with_the_one_that_started_it() -> None:
         assert ended(pid)
 
 
-_PLAIN = [dataclasses.replace(file, macros=False) for file in robot_files(40, seed=3)]
+_PLAIN = [dataclasses.replace(file, macros=False) for file in robot_files(20, seed=3)]
 
 
 def _read(file: RobotFile, folder: Path) -> RobotModel:

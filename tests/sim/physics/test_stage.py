@@ -24,12 +24,6 @@ from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROOM, ROOT, first, run, simulator
 
-BOX = """<sdf version="1.7"><model name="crate">{static}<link name="l">{inertial}
-<collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
-</link></model></sdf>"""
-CART = """<robot name="cart"><link name="base"><inertial><mass value="4"/>
-<inertia ixx="1" iyy="1" izz="1" ixy="0" ixz="0" iyz="0"/></inertial><collision>
-<geometry><box size="0.2 0.4 0.6"/></geometry></collision></link></robot>"""
 QUIET = SimulatorConfig(lidar=dataclasses.replace(SimulatorConfig().lidar, noise=0.0))
 
 

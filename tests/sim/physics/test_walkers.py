@@ -43,7 +43,7 @@ def test_walkers_walk_together_as_one_by_one() -> None:
             assert abs(data.mocap_quat[body] @ one.quaternion) == pytest.approx(1.0, abs=1e-12)
 
 
-@pytest.mark.parametrize("number", [4, 13, 5, 6])  # terrain twice, a hill, a raised floor
+@pytest.mark.parametrize("number", [4, 5, 6])  # terrain, a hill, a raised floor
 def test_people_stand_and_walk_on_the_ground(number: int) -> None:
     case = start_case(number)
     walks = Trajectory.along(np.array([[-5.5, -5.5], [5.5, -5.6], [5.5, 5.5]]), 1.2, loop=False)
@@ -61,8 +61,10 @@ def test_people_stand_and_walk_on_the_ground(number: int) -> None:
         stage.advance(100)
 
 
-@pytest.mark.parametrize("speed", [0.8, 1.2])
-@pytest.mark.parametrize(("turn", "beside"), [(0.0, 0.2), (60.0, 0.1), (135.0, 0.0), (180.0, 0.2)])
+@pytest.mark.parametrize(
+    ("turn", "beside", "speed"),
+    [(0.0, 0.2, 0.8), (60.0, 0.1, 1.2), (135.0, 0.0, 0.8), (180.0, 0.2, 1.2)],
+)
 def test_walkers_push_a_robot_aside(turn: float, beside: float, speed: float) -> None:
     sim = simulator(spawn=SE2(0.0, 0.0, math.radians(turn)))
     direction = Trajectory.along(np.array([[1.0, beside], [-2.0, beside]]), speed)

@@ -123,6 +123,16 @@ def test_a_file_that_cannot_be_used_is_refused(text: str, problem: str, tmp_path
         LaunchFile(path)
 
 
+def test_a_hundred_files_are_read_and_no_more(tmp_path: Path) -> None:
+    path, include = tmp_path / "a.launch", '<include file="$(dirname)/b.launch"/>'
+    (tmp_path / "b.launch").write_text("<launch/>")
+    path.write_text(f"<launch>{99 * include}</launch>")
+    assert LaunchFile(path).notes == []
+    path.write_text(f"<launch>{100 * include}</launch>")
+    with pytest.raises(InputFileError, match="is one of more than 100 that are included"):
+        LaunchFile(path)
+
+
 def test_yaml_is_no_launch_file(tmp_path: Path) -> None:
     path = tmp_path / "a.launch"
     assert not is_launch_file(path)

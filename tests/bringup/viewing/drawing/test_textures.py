@@ -67,6 +67,8 @@ def test_a_map_is_glTF_that_trimesh_reads_unlit_and_with_sharp_cells() -> None:
     scene = trimesh.load_scene(io.BytesIO(glb), file_type="glb")
     assert scene.bounds == pytest.approx(np.array([[0, 0, 0], [3, 2, 0]]))
     assert picture_of(glb).size == (2, 1)
+    (mesh,) = scene.geometry.values()
+    assert mesh.visual.uv * (3, 2) == pytest.approx(mesh.vertices[:, :2])
     (length,) = struct.unpack_from("<I", glb, 12)
     document = json.loads(glb[20 : 20 + length])
     assert document["materials"][0]["extensions"] == {"KHR_materials_unlit": {}}

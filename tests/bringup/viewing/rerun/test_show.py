@@ -19,7 +19,7 @@ from tests.bringup.viewing.drives import Drive, drive, grid, make, scan, transfo
 from tests.helpers.processes import wait_until
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(scope="module", autouse=True)
 def _strict() -> Iterator[None]:
     rr.set_strict_mode(True)
     yield
@@ -44,10 +44,11 @@ def values(found: list[dict[str, Any]], component: str) -> list[Any]:
     return [row[component] for row in found if row.get(component) is not None]
 
 
-@pytest.fixture
-def saved(tmp_path: Path) -> dict[str, list[dict[str, Any]]]:
-    replay(drive(tmp_path / "bag"), tmp_path / "x.rrd", False, lambda uri: None, lambda line: None)
-    return rows(tmp_path / "x.rrd")
+@pytest.fixture(scope="module")
+def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[dict[str, Any]]]:
+    folder = tmp_path_factory.mktemp("shown")
+    replay(drive(folder / "bag"), folder / "x.rrd", False, lambda uri: None, lambda line: None)
+    return rows(folder / "x.rrd")
 
 
 def test_frames_move_and_the_robot_with_them(saved: dict[str, list[dict[str, Any]]]) -> None:

@@ -15,7 +15,6 @@ from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
 
 Run = Callable[..., Outcome]
 
-GOAL = ("action", "send_goal", "/wait", "nav2_msgs/action/Wait")
 WAITING = ("waiting for at least", "waiting for service", "a message was lost", "\ttotal count")
 TEXTS = re.split(r"^\$ (.*)\n", Path(__file__).with_name("ros2cli.txt").read_text(), flags=re.M)[1:]
 CASES = dict(zip(TEXTS[::2], TEXTS[1::2], strict=True))
