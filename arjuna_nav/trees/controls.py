@@ -209,12 +209,13 @@ class PersistentSequence(Control):
         index = self.current_child_idx
         while index < len(self.children):
             status = self.children[index].execute()
+            if status is Status.FAILURE:
+                self.current_child_idx = 0
+                return self._end(status)
             if status is Status.RUNNING:
                 return status
-            index = 0 if status is Status.FAILURE else index + 1
+            index += 1
             self.current_child_idx = index
-            if status is Status.FAILURE:
-                return self._end(status)
         self.current_child_idx = 0
         return self._end(Status.SUCCESS)
 

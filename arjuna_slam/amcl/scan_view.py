@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from numba import njit
@@ -90,7 +91,7 @@ class ScanView:
         """
         return bool(self._from_afar.sum() < _SPARSE * len(self.many.ranges))
 
-    @property
+    @cached_property
     def _from_afar(self) -> Bools:
         """Which endpoints are no one's beside the robot, `(M,) bool`."""
         ends, mount = self.many.endpoints, self.T_base_sensor
