@@ -313,12 +313,18 @@ class PathFollower:
     def _driven(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return what the controller wants, on an arc that a steered robot can drive and is free.
 
+        There is none where it turns on the spot: an escape turns the robot then.
+
         It is looked at for collisions as far ahead as an escape is.
         """
         control = self.controller.compute(pose, velocity, costmap, now)
         command = steered(control.velocity, self._radius)
         if command is control.velocity:
             return control
+        if command == STILL:
+            bend = f"the robot's tightest bend is {self._radius:g} m"
+            message = f"a turn on the spot is commanded, but {bend} (min_turning_radius)"
+            return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
         arc = rollout(pose, command, self._config.escape.horizon, costmap.frame.resolution)
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:

@@ -30,6 +30,15 @@ _STEERED, _RADIUS = (
     "min_turning_radius",
 )
 """The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
+_BENDING_PLANNER = {
+    "GridBased.plugin": "nav2_smac_planner::SmacPlannerHybrid",
+    "GridBased.motion_model_for_search": "REEDS_SHEPP",
+}
+_BENDING_CONTROLLER = {
+    "FollowPath.use_rotate_to_heading": False,
+    "FollowPath.allow_reversing": True,
+}
+"""What of a steered robot takes the place of the shipped plug-ins' turns on the spot."""
 _BY_GYRO = {
     "slam_toolbox": {"odometry_heading_deviation": 0.02},
     "amcl": {"alpha1": 0.001, "alpha2": 0.0004},  # 3 % of a turn, 0.02 rad a metre
@@ -196,10 +205,34 @@ def _of_another_robot(
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
     radius = round(steering.radius, 4) if steering is not None else 0.0
+    if not radius:
+        return own
     for node in _STEERED:
-        if radius and not is_set(node, _RADIUS):
+        if not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
-    return own
+    return merged(own, _in_bends(parameters, radius))
+
+
+def _in_bends(parameters: Parameters, radius: float) -> Parameters:
+    """Return what has a steered robot plan and drive in bends, where no file gives another planner.
+
+    The shipped controller does so whose file does not say whether it turns on the spot.
+    """
+    found, shipped = Parameters(), shipped_parameters()
+    planner, controller = (
+        [
+            {key: value for key, value in of.get(node, {}).items() if key.startswith(prefix)}
+            for of in (parameters, shipped)
+        ]
+        for node, prefix in (("planner_server", "GridBased."), ("controller_server", "FollowPath."))
+    )
+    if planner[0] == planner[1]:
+        bend = {"GridBased.minimum_turning_radius": radius}
+        found["planner_server"] = {**_BENDING_PLANNER, **bend}
+    is_shipped = controller[0].get("FollowPath.plugin") == controller[1]["FollowPath.plugin"]
+    if is_shipped and not controller[0].keys() & _BENDING_CONTROLLER.keys():
+        found["controller_server"] = dict(_BENDING_CONTROLLER)
+    return found
 
 
 def _as_simulated(

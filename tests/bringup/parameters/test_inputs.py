@@ -212,6 +212,38 @@ def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFi
 
 
 @pytest.mark.parametrize(
+    ("given", "planner", "turns"),
+    [
+        ("", "nav2_smac_planner::SmacPlannerHybrid", False),
+        (
+            "controller_server: {ros__parameters: {FollowPath: {desired_linear_vel: 0.2}}}",
+            "",
+            False,
+        ),
+        (
+            "controller_server: {ros__parameters: {FollowPath: {use_rotate_to_heading: true}}}\n"
+            "planner_server: {ros__parameters: {GridBased: {use_astar: true}}}",
+            "nav2_navfn_planner::NavfnPlanner",
+            True,
+        ),
+    ],
+)
+def test_a_steered_robot_drives_in_bends_unless_a_file_says_otherwise(
+    given: str, planner: str, turns: bool, tmp_path: Path
+) -> None:
+    file = tmp_path / "own.yaml"
+    file.write_text(given or "{}")
+    command = ["demo", "--robot", "tests/bench/car/car.urdf", "--params", str(file)]
+    found = gather(parse(command))
+    drives, plans = found["controller_server"], found["planner_server"]
+    assert plans["GridBased.plugin"] == planner or not planner
+    bend = plans.get("GridBased.minimum_turning_radius")
+    assert bend == (None if turns else plans["min_turning_radius"])
+    assert drives["FollowPath.use_rotate_to_heading"] is turns
+    assert drives.get("FollowPath.allow_reversing", False) is not turns
+
+
+@pytest.mark.parametrize(
     ("robot", "word"),
     [
         ("tests/bench/car/car.urdf", "0.2 m is tighter than the robot's file allows"),

@@ -280,7 +280,18 @@ def test_no_controller_bends_tighter_than_the_robot_can(
     followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(-0.3, yaw_rate=2.0))
     assert followed.tick(0.0).velocity == Velocity(-0.3, yaw_rate=0.3 / drives)
     followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(yaw_rate=2.0))
-    assert followed.tick(0.1).velocity == STILL
+    result = followed.tick(0.1)
+    assert (result.error, result.velocity) == (ControlStatus.NO_VALID_CONTROL, STILL)
+    assert "a turn on the spot is commanded" in result.message
+
+
+def test_a_turn_on_the_spot_of_a_steered_robot_is_driven_in_bends() -> None:
+    own: dict[str, Any] = {"escape.enabled": True, "min_turning_radius": 0.5}
+    followed = Followed(np.array([[4.0, 2.0, math.pi], [1.0, 2.0, math.pi]]), **own)
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, Velocity(yaw_rate=2.0))
+    velocity = followed.tick(0.0, SE2(4.0, 2.0)).velocity
+    assert abs(velocity.x) > 0.0
+    assert abs(velocity.yaw_rate) * 0.5 <= abs(velocity.x) * 1.001
 
 
 def test_an_arc_that_was_widened_into_an_obstacle_is_not_driven() -> None:
