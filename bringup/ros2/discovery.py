@@ -11,7 +11,7 @@ from bringup.client.session import POLL, Session
 
 WHOLE = 0.15  # a graph in which nothing is seen to lack must stand still for so long [s]
 STABLE = 0.6  # one of which that cannot be told
-SILENT = 3.5  # one some of whose participants have not been heard of
+SILENT = 6.5  # one some of whose participants were not heard of: two announcements of 3 s each
 # DDSI-RTPS 2.5, section 9.6.2: port = 7400 + 250 domain + 10 + 2 participant (discovery, unicast)
 _BASE, _DOMAIN_GAIN, _OFFSET, _PARTICIPANT_GAIN = 7400, 250, 10, 2
 _TABLE = Path("/proc/net/udp")

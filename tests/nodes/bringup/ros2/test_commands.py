@@ -38,8 +38,8 @@ def masked(text: str) -> str:
 @pytest.mark.parametrize("line", CASES)
 def test_prints_what_ros2cli_prints(line: str, ros2: Run) -> None:
     code, out, err = ros2(*words_of(line))
-    assert code == 0
     assert [text for text in err.splitlines() if not text.startswith("[INFO]")] == []
+    assert code == 0
     lines = masked(out).splitlines(keepends=True)
     printed = "".join(line for line in lines if not line.lower().startswith(WAITING))
     assert printed == masked(CASES[line])
