@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import array
 from collections.abc import Callable, Iterator
-from functools import cache
+from functools import cache, lru_cache
 from struct import Struct
 from typing import Any
 
@@ -109,8 +109,14 @@ def _items(item: Any) -> _Write:
 
 
 def _text(out: bytearray, text: str) -> None:
+    out += _GAPS[-len(out) & 3]
+    out += _encoded(text)
+
+
+@lru_cache(maxsize=256)  # names of frames and joints come again and again
+def _encoded(text: str) -> bytes:
     data = text.encode()
-    out.extend(_GAPS[-len(out) & 3] + _length(len(data) + 1) + data + _GAPS[1])
+    return _length(len(data) + 1) + data + _GAPS[1]
 
 
 def _array(code: str) -> _Write:
