@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import load
 from arjuna_core.files.map_image import MapOptions, Pixels, occupancy_of
 from arjuna_core.grid import GridFrame, OccupancyGrid

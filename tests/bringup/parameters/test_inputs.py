@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file

@@ -6,12 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from tests.nodes.slam.nodes import Logged
-
-pytest.importorskip("rclpy")
-pytest.importorskip("nav2_msgs")
-
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.msg import ParticleCloud
 from nav2_msgs.srv import SetInitialPose
@@ -38,9 +32,8 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.amcl_room import ROOM, Room, started
 from tests.helpers.ros import RosBench
+from tests.nodes.slam.nodes import Logged
 from tests.slam.amcl.room import BOXES, DT, Robot, room_map
-
-pytestmark = pytest.mark.ros
 
 
 def test_without_an_initial_pose_it_finds_itself_in_the_map(room: Room) -> None:

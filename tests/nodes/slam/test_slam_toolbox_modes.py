@@ -9,12 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from tests.nodes.slam.nodes import Logged
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from slam_toolbox.srv import ClearQueue
 from tf2_msgs.msg import TFMessage
 
@@ -27,9 +21,9 @@ from arjuna_slam.matching.scan_filter import Skip
 from bringup.parameters.checking import merged_sources
 from bringup.parameters.files import for_node, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
+from tests.nodes.slam.nodes import Logged
 from tests.slam.slam_room import distance_to_walls, room
 
-pytestmark = pytest.mark.ros
 FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
