@@ -129,12 +129,6 @@ def test_a_fast_robot_brakes_in_time(speed: float) -> None:
     assert max(pose.x for pose in robot.trace) < 6.06
 
 
-def test_where_it_is_switched_off_the_tolerance_is_the_end() -> None:
-    robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0)
-    drive(robot, goal, empty_grid(5.0, 4.0), **{"arrival.enabled": False})
-    assert 0.1 < off(robot, goal)[0] < 0.26
-
-
 def test_a_heading_that_does_not_matter_is_not_turned_to() -> None:
     robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0, 2.0)
     checker = {"general_goal_checker.plugin": POSITION}

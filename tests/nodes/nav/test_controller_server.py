@@ -264,11 +264,3 @@ def test_slow_measurements_count_as_none(least: float, counts: bool) -> None:
     node._on_odometry(message)
     measured = node._velocity
     assert [v != 0.0 for v in (measured.x, measured.y, measured.yaw_rate)] == [counts] * 3
-
-
-def test_slow_measurements_count_as_standing() -> None:
-    robot = made(min_x_velocity_threshold=1.0, min_theta_velocity_threshold=9.0)
-    goal = follow(robot, path((1.0, 0.0)))
-    robot.run(2.0)
-    assert robot.command.x > 0.1
-    assert {each.speed for each in goal.feedback} == {0.0}

@@ -67,51 +67,6 @@ def scan(robot: PlayedRobot, name: str, distance: float) -> None:
 LIDAR = {"clearing": True, "max_obstacle_height": 2.0}
 
 
-@pytest.mark.parametrize("cls", ["ObstacleLayer", "VoxelLayer"])
-def test_two_lidars_see_what_is_before_and_behind(cls: str) -> None:
-    layer = {
-        "plugin": f"nav2_costmap_2d::{cls}",
-        "observation_sources": "front rear",
-        "front": {**LIDAR, "expected_update_rate": 1.0},
-        "rear": LIDAR,
-    }
-    robot = costmap(plugins=["seen"], seen=layer)
-    mount(robot, "front", 0.2, 0.3, 0.0, 0.0)
-    mount(robot, "rear", -0.2, 0.3, 0.0, math.pi)
-    robot.run(0.5)
-
-    def ahead_and_behind() -> tuple[float, float]:
-        return cost(robot, LOCAL, 1.22, 0.02), cost(robot, LOCAL, -1.22, 0.02)
-
-    scan(robot, "front", 1.02)
-    assert ahead_and_behind() == (LETHAL, FREE)
-    scan(robot, "rear", 1.02)
-    assert ahead_and_behind() == (LETHAL, LETHAL)
-    scan(robot, "front", 2.0)
-    assert ahead_and_behind() == (FREE, LETHAL)
-    node = robot.nodes[f"{LOCAL}/{LOCAL}"]
-    assert node.scan_topic == "/front"
-    for _ in range(4):
-        scan(robot, "rear", 1.02)
-    assert "no scan on /front for" in node.why_not_current()
-
-
-@pytest.mark.parametrize("cls", ["ObstacleLayer", "VoxelLayer"])
-def test_a_lidar_that_leans_forward_sees_low_things(cls: str) -> None:
-    layer = {
-        "plugin": f"nav2_costmap_2d::{cls}",
-        "observation_sources": "front",
-        "front": {**LIDAR, "min_obstacle_height": 0.05},
-    }
-    robot = costmap(plugins=["seen"], seen=layer)
-    mount(robot, "front", 0.0, 0.6, math.radians(30.0), 0.0)
-    robot.run(0.5)
-    scan(robot, "front", 1.2)  # on the floor
-    assert cost(robot, LOCAL, 1.04, 0.02) == FREE
-    scan(robot, "front", 1.0)
-    assert cost(robot, LOCAL, 0.87, 0.02) == LETHAL
-
-
 def send(robot: PlayedRobot, topic: str, grid: OccupancyGrid, frame: str) -> None:
     robot.bench.publish(OccupancyGridMsg, topic, grid_msg(grid, frame, robot.now), qos.LATCHED)
 

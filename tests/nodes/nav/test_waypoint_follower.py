@@ -16,7 +16,6 @@ from sensor_msgs.msg import Image
 from std_msgs.msg import Empty
 
 from arjuna_core.config import load, param
-from arjuna_core.errors import ConfigError
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
@@ -263,11 +262,3 @@ def test_a_task_of_ones_own_is_run() -> None:
     robot.run_until_done(goal, 10.0)
     assert goal.status == SUCCEEDED
     assert Twice.seen == [0, 1, 2]
-
-
-def test_a_task_that_there_is_not_is_refused() -> None:
-    values = {"waypoint_task_executor_plugin": "errand", "errand": {"plugin": "a::Coffee"}}
-    with pytest.raises(
-        ConfigError, match=r"'errand\.plugin': no waypoint task 'a::Coffee'; valid: "
-    ):
-        load(WaypointFollowerConfig, values)

@@ -52,15 +52,6 @@ def test_a_motion_model_of_one_s_own(room: Room, own_plugins: Path) -> None:
     assert room.error[0] < 0.06
 
 
-def test_a_map_that_comes_late_is_used(room: Room) -> None:
-    started(room, with_map=False)
-    room.drive(3)
-    assert room.poses == []
-    room.publish_map()
-    room.drive(3)
-    assert room.error[0] < 0.06
-
-
 def test_a_map_latched_long_ago_is_used(room: Room) -> None:
     room.publish_map()
     node = started(room, with_map=False)
@@ -78,29 +69,20 @@ def test_map_to_odom_is_broadcast_with_each_scan_dated_ahead(room: Room) -> None
     assert seconds(newest.header.stamp) == pytest.approx(room.robot.now + 0.5)
 
 
-def test_an_initial_pose_is_where_it_starts(room: Room) -> None:
-    started(room, global_localization_at_start="never")
+@pytest.mark.parametrize("how", ["on the topic", "before the map", "by the service"])
+def test_an_initial_pose_is_where_it_starts(room: Room, how: str) -> None:
+    started(room, with_map=how != "before the map", global_localization_at_start="never")
     room.drive(2)
     assert room.poses == []
-    room.put_robot(room.robot.pose)
-    room.drive(2)
-    assert room.error[0] < 0.06
-
-
-def test_an_initial_pose_before_the_map_is_kept(room: Room) -> None:
-    started(room, with_map=False, global_localization_at_start="never")
-    room.put_robot(room.robot.pose)
-    room.publish_map()
-    room.drive(2)
-    assert room.error[0] < 0.06
-
-
-def test_the_service_sets_the_pose_too(room: Room) -> None:
-    started(room, global_localization_at_start="never")
-    request = SetInitialPose.Request()
-    request.pose.header.frame_id = "map"
-    request.pose.pose.pose = pose_msg(room.robot.pose)
-    room.bench.call(SetInitialPose, "set_initial_pose", request)
+    if how == "by the service":
+        request = SetInitialPose.Request()
+        request.pose.header.frame_id = "map"
+        request.pose.pose.pose = pose_msg(room.robot.pose)
+        room.bench.call(SetInitialPose, "set_initial_pose", request)
+    else:
+        room.put_robot(room.robot.pose)
+    if how == "before the map":
+        room.publish_map()
     room.drive(2)
     assert room.error[0] < 0.06
 
