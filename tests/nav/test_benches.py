@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import lzma
 import math
 import re
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -21,7 +19,7 @@ from arjuna_core.se2 import SE2
 from bringup.scenarios.barn import CELL, START, make_worlds
 from bringup.scenarios.furnished import make_room
 from bringup.scenarios.space import FreeSpace
-from tests.bench import barn, goals, planner, pressed
+from tests.bench import barn, goals, planner, pressed, run
 from tests.helpers.nav.barn import load_worlds
 from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
@@ -33,13 +31,6 @@ _CYLINDER = (
     "</geometry></collision></link></model>"
 )
 _MAP = "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n....T\n"
-
-
-def run(module: ModuleType, *argv: str) -> dict[str, Any]:
-    parser = argparse.ArgumentParser()
-    module.add_arguments(parser)
-    result: dict[str, Any] = module.run(parser.parse_args(argv))
-    return result
 
 
 def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:

@@ -25,6 +25,7 @@ from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
 from tests.helpers.robots import ON_MAP, outcome
+from tests.helpers.ros import changed
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NO_NUMBERS = (math.nan, math.inf, 1e300)
@@ -65,15 +66,6 @@ class Client:
         """Go away, with what was latched."""
         for publisher in self._publishers.values():
             self.robot.client.destroy_publisher(publisher)
-
-
-def changed(message: Any, path: str, value: Any) -> Any:
-    *parts, last = path.split(".")
-    within = message
-    for part in parts:
-        within = getattr(within, part)
-    setattr(within, last, value)
-    return message
 
 
 def transitions(client: Client) -> None:

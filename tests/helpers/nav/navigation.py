@@ -183,6 +183,16 @@ class PlayedRobot:
             assert self.now < deadline, f"the goal has no result after {timeout:g} s"
             self._tick()
 
+    def succeed(self, goal: Goal, timeout: float) -> None:
+        """Let time pass until a goal has succeeded; it must within a timeout [s]."""
+        self.run_until_done(goal, timeout)
+        assert goal.status == SUCCEEDED, goal.result
+
+    def fail(self, goal: Goal, timeout: float, code: int) -> None:
+        """Let time pass until a goal is aborted with a code; it must within a timeout [s]."""
+        self.run_until_done(goal, timeout)
+        assert_failed(goal, code)
+
     def _tick(self) -> None:
         self.bench.advance()
         motion = self.command if self.grips else Velocity()

@@ -28,7 +28,7 @@ from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.health import rules
 from arjuna_core.ros.health.checks import problem_of
 from arjuna_core.se2 import SE2
-from tests.helpers.ros import RosBench
+from tests.helpers.ros import RosBench, changed
 from tests.nodes.core.test_guard import FragileConfig
 
 
@@ -48,16 +48,6 @@ class OpenNode(GoalNode):
 
 
 NODE = OpenNode
-
-
-def changed(message: Any, path: str, value: Any) -> Any:
-    """Return a message with one field changed."""
-    *parts, last = path.split(".")
-    within = message
-    for part in parts:
-        within = getattr(within, part)
-    setattr(within, last, value)
-    return message
 
 
 @pytest.mark.parametrize(

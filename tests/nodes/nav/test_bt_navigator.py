@@ -72,8 +72,7 @@ def test_a_newer_goal_replaces_the_running_one_without_a_stop(robot: PlayedRobot
     assert_failed(older, 0)
     assert "replaced by a newer goal" in older.result.error_msg
     assert min(command.x for command in robot.commands) > 0.1
-    robot.run_until_done(newer, 30.0)
-    assert newer.status == SUCCEEDED
+    robot.succeed(newer, 30.0)
     assert robot.pose.distance(SE2(3.0, 1.4)) < TOLERANCE
 
 

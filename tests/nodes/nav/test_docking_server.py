@@ -88,8 +88,7 @@ def test_a_robot_that_was_moved_off_its_dock_is_in_none(
 def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
     pose = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_non_charging_dock", navigate_to_staging_pose=False)
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 60.0)
     assert robot.pose.distance(SE2(0.7, 0.05)) < 0.02
     assert {each.state for each in goal.feedback} == {2, 3}
 
@@ -183,7 +182,5 @@ def test_a_dock_of_no_kind_fails_its_goals(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     robot = made(tmp_path, **{"home.type": "hook"})
-    goal = dock(robot)
-    robot.run_until_done(goal, 5.0)
-    assert_failed(goal, DockRobot.Result.DOCK_NOT_VALID)
+    robot.fail(dock(robot), 5.0, DockRobot.Result.DOCK_NOT_VALID)
     assert "dock 'home' is of type 'hook'; valid: simple_charging_dock" in capfd.readouterr().err

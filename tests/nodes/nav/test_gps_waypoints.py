@@ -67,9 +67,7 @@ def test_the_first_fix_says_where_the_map_lies() -> None:
     fix(robot, GeoPoint(0.0, 0.0), status=-1)  # the receiver has no fix yet
     fix(robot, HERE)
     fix(robot, GeoPoint(-10.0, 3.0))  # later ones change nothing
-    goal = follow(robot, *on_earth(MapOnEarth(HERE, 0.3, 0.2), 0.0, STOPS[0]))
-    robot.run_until_done(goal, 40.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(follow(robot, *on_earth(MapOnEarth(HERE, 0.3, 0.2), 0.0, STOPS[0])), 40.0)
     assert robot.pose.distance(STOPS[0]) < 0.16
 
 
@@ -109,8 +107,7 @@ def test_the_newer_list_of_either_kind_counts() -> None:
     robot.run(1.0)
     third = follow(robot, *on_earth(field, HEADING, SE2(0.4, 0.0)))
     assert_failed(second, UNKNOWN)
-    robot.run_until_done(third, 30.0)
-    assert third.status == SUCCEEDED
+    robot.succeed(third, 30.0)
     assert follow(robot).result.error_msg.startswith("there is no waypoint 0")
 
 

@@ -156,8 +156,7 @@ def test_a_costmap_not_current_is_a_timeout(robot: PlayedRobot, ask: Any, code: 
 def test_a_goal_waits_for_the_costmap_to_become_current(robot: PlayedRobot) -> None:
     goal = to_pose(robot)
     assert not goal.done
-    robot.run_until_done(goal, 0.9)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 0.9)
     assert 0.1 < seconds(goal.result.planning_time) < 0.9
 
 
@@ -187,8 +186,7 @@ def test_a_costmap_that_rests_is_a_timeout(robot: PlayedRobot) -> None:
     robot.run(1.0)
     robot.transition("global_costmap/global_costmap", "deactivate")
     goal = to_pose(robot)
-    robot.run_until_done(goal, 1.5)
-    assert_failed(goal, Result.TIMEOUT)
+    robot.fail(goal, 1.5, Result.TIMEOUT)
     assert "not active" in goal.result.error_msg
 
 
@@ -196,8 +194,7 @@ def test_a_map_that_grows_is_planned_on() -> None:
     robot = PlayedRobot()
     robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER)
     goal = to_pose(robot)
-    robot.run_until_done(goal, 2.0)
-    assert_failed(goal, Result.TIMEOUT)
+    robot.fail(goal, 2.0, Result.TIMEOUT)
     assert "no map" in goal.result.error_msg
     robot.send_map(empty_grid(3.0, 3.0, SE2(-1.5, -1.5)))
     robot.run(1.0)

@@ -70,8 +70,7 @@ def test_waypoints_are_driven_to_in_turn_in_rounds_that_begin_where_asked(
 
 def test_a_waypoint_that_is_not_reached_ends_it_all(robot: PlayedRobot) -> None:
     goal = follow(robot, SQUARE[0], OUTSIDE, SQUARE[1])
-    robot.run_until_done(goal, 30.0)
-    assert_failed(goal, UNKNOWN)
+    robot.fail(goal, 30.0, UNKNOWN)
     assert "waypoint 1 of 3 was not reached" in goal.result.error_msg
     assert "outside the costmap" in goal.result.error_msg
     (missed,) = goal.result.missed_waypoints
@@ -87,8 +86,7 @@ def test_a_newer_list_replaces_the_running_one_without_a_stop(robot: PlayedRobot
     assert_failed(older, UNKNOWN)
     robot.run(0.3)
     assert min(command.x for command in robot.commands) > 0.1
-    robot.run_until_done(newer, 30.0)
-    assert newer.status == SUCCEEDED
+    robot.succeed(newer, 30.0)
     assert indices(newer) == [0, 1]
 
 
@@ -120,8 +118,7 @@ def test_a_goal_of_someone_else_is_a_miss(robot: PlayedRobot) -> None:
     other = robot.send(NavigateToPose, "navigate_to_pose", request)
     assert_failed(goal, UNKNOWN)
     assert "replaced" in goal.result.error_msg
-    robot.run_until_done(other, 20.0)
-    assert other.status == SUCCEEDED
+    robot.succeed(other, 20.0)
 
 
 @pytest.mark.parametrize("transition", ["deactivate", "shutdown"])
@@ -131,8 +128,7 @@ def test_a_navigator_that_rests_or_goes_ends_it(robot: PlayedRobot, transition: 
     robot.transition("bt_navigator", transition)
     assert_failed(goal, UNKNOWN)
     again = follow(robot, SE2(1.0, 0.0))
-    robot.run_until_done(again, 1.0)
-    assert_failed(again, UNKNOWN)
+    robot.fail(again, 1.0, UNKNOWN)
     assert "navigate_to_pose" in again.result.error_msg
 
 
@@ -159,8 +155,7 @@ def test_waiting_may_have_any_name() -> None:
     goal = wait_here(robot, 2)
     robot.run(3.5)
     assert not goal.done
-    robot.run_until_done(goal, 1.5)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 1.5)
 
 
 def test_by_default_nothing_is_waited_for() -> None:
@@ -206,17 +201,14 @@ def test_a_picture_is_saved_at_each_waypoint(
     }
     robot = with_task(NAV2 + "PhotoAtWaypoint", **values)
     goal = wait_here(robot)
-    robot.run_until_done(goal, 5.0)
-    assert_failed(goal, FAILED)
+    robot.fail(goal, 5.0, FAILED)
     assert "no image has come on /eye" in goal.result.error_msg
     colours = np.zeros((4, 6, 3), np.uint8)
     colours[..., 2] = 200
     data = array.array("B", colours.tobytes())
     message = Image(height=4, width=6, encoding="bgr8", step=18, data=data)
     robot.bench.publish(Image, "/eye", message)
-    goal = wait_here(robot, 2)
-    robot.run_until_done(goal, 6.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(wait_here(robot, 2), 6.0)
     files = sorted(each.name for each in (tmp_path / "seen").iterdir())
     assert files == [f"0_7.{image_format}", f"1_7.{image_format}"]
     with Picture.open(tmp_path / "seen" / files[0]) as picture:
@@ -258,7 +250,5 @@ class Twice:
 
 def test_a_task_of_ones_own_is_run() -> None:
     robot = with_task(f"{__name__}:Twice", ticks=4)
-    goal = wait_here(robot, 3)
-    robot.run_until_done(goal, 10.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(wait_here(robot, 3), 10.0)
     assert Twice.seen == [0, 1, 2]
