@@ -37,7 +37,7 @@ from arjuna_slam.amcl.motion import differential, omnidirectional
 from bringup.parameters.sources import as_theirs
 from bringup.stack import all_nodes
 from tests.helpers.nav.navigator_script import DETOUR, GOAL, Script, failed, planned
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room, scan_from
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline, room, scan_from
 
 pytestmark = pytest.mark.ros
 ROBOT = Footprint.circle(0.25)
@@ -64,9 +64,7 @@ RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 def beside_a_wall() -> Costmap:
     """Return one whose cost is 119 at the origin: 252 exp(-5 (0.40 - 0.25)) = 119.04."""
-    grid = empty_grid(12.0, 12.0, SE2(-6.025, -6.025))
-    block(grid, 0.0, 6.40, 12.0, 0.05)
-    return costmap_of(grid)
+    return costmap_of(grid_of(12.0, 12.0, (0.0, 6.40, 12.0, 0.05), origin=SE2(-6.025, -6.025)))
 
 
 def ahead(y: float = 0.0, length: float = 4.0, yaw: float = 0.0) -> Any:

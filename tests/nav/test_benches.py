@@ -23,7 +23,7 @@ from tests.bench import barn, goals, planner, pressed, run
 from tests.helpers.nav.barn import load_worlds
 from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
-from tests.nav.worlds import block, empty_grid
+from tests.nav.worlds import block, grid_of
 
 _CYLINDER = (
     "<model name='c{i}'><static>1</static><pose>{x} {y} 0.5 0 0 0</pose><link name='l'>"
@@ -47,8 +47,7 @@ def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
 
 
 def test_the_shortest_path_is_pulled_tight_round_what_is_in_it() -> None:
-    grid = empty_grid(10.0, 6.0)
-    block(grid, 4.0, 0.0, 0.5, 4.0)
+    grid = grid_of(10.0, 6.0, (4.0, 0.0, 0.5, 4.0))
     space = FreeSpace(grid, radius=0.2, clearance=0.4)
     straight = space.shortest(SE2(1.0, 1.0), SE2(3.0, 5.0))
     assert straight == pytest.approx(math.hypot(2.0, 4.0), rel=0.02)
@@ -61,9 +60,7 @@ def test_the_shortest_path_is_pulled_tight_round_what_is_in_it() -> None:
 
 
 def test_goals_are_drawn_where_there_is_room() -> None:
-    grid = empty_grid(6.0, 4.0)
-    block(grid, 2.0, 1.0, 1.0, 3.0)
-    space = FreeSpace(grid, radius=0.2, clearance=0.5)
+    space = FreeSpace(grid_of(6.0, 4.0, (2.0, 1.0, 1.0, 3.0)), radius=0.2, clearance=0.5)
     rng = np.random.default_rng(0)
     for _ in range(50):
         goal = space.draw(rng)
