@@ -184,13 +184,6 @@ def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> N
     [
         ({}, ["--world", "no.world"], "no.world: cannot be read"),
         ({}, ["--viewer"], "needs a screen: neither DISPLAY nor WAYLAND_DISPLAY is set; 'python"),
-        ({}, ["--robot", BURGER, "--robot", BURGER], "2 robots and 0 namespaces are given"),
-        ({}, ["--namespace", "a", "--namespace", "a"], "namespace 'a' is given 2 times"),
-        (
-            {},
-            ["--at", "0", "0", "--at", "1", "0"],
-            "given again, but there is one robot",
-        ),
         ({"w": "<sdf>"}, ["--world", "w"], "w: line 1: "),
         ({"r": "<sdf/>"}, ["--robot", "r"], "r: "),
         ({}, ["--params", "no.yaml"], "no.yaml: cannot be read"),
@@ -200,14 +193,7 @@ def test_a_domain_is_that_of_the_processes(monkeypatch: pytest.MonkeyPatch) -> N
             ["--params", "p", "--strict"],
             "p:3: unknown: sim: sed: no such parameter; the nearest is 'seed'",
         ),
-        ({"p": _sim("seed", "one")}, ["--params", "p"], "'seed' must be int, got 'one' (str)"),
         ({"p": _sim("tick", 0.03)}, ["--params", "p"], "'tick' 0.03 s must be a whole number of"),
-        ({"p": _sim("real_time_factor", -1.0)}, ["--params", "p"], "the least valid is 0"),
-        (
-            {"p": _sim("seed", 1, "sym")},
-            ["--params", "p", "--strict"],
-            "p:1: unknown: sym: no node has this name; the nearest is 'sim'",
-        ),
     ],
 )
 def test_a_bad_input_is_refused_in_one_line_and_starts_nothing(

@@ -13,11 +13,13 @@ from geometry_msgs.msg import (
     Point32,
     Polygon,
     PoseStamped,
+    PoseWithCovariance,
 )
 from nav2_msgs.action import FollowPath
 from nav2_msgs.srv import IsPathValid, LoadMap, SetInitialPose
 from nav_msgs.msg import Odometry, Path
 from rosgraph_msgs.msg import Clock
+from sensor_msgs.msg import PointCloud2
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -58,10 +60,12 @@ NODE = OpenNode
         (LoadMap.Request(map_url="x" * 5000), "map_url: 5000 characters"),
         (String(data="x" * (rules.DOCUMENT + 1)), "data: 16777217 characters"),
         (Clock(clock=Time(sec=-1)), "clock: -1 s"),
+        (PointCloud2(width=1, height=1), "'x' is no field of a point"),
+        (PoseWithCovariance(covariance=[-1.0] + [0.0] * 35), "a variance is -1.0"),
         (FollowPath.Goal(path=Path(poses=[PoseStamped()] * 100_000)), "path.poses: 100000"),
     ],
 )
-def test_what_is_too_long_is_refused_unread(message: Any, problem: str) -> None:
+def test_what_is_too_long_or_cannot_be_is_refused_unread(message: Any, problem: str) -> None:
     assert problem in str(problem_of(message))
 
 
