@@ -126,8 +126,7 @@ def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
     goal = backup(robot, 0.4, 0.2)
     robot.run(0.2)
     robot.localized = False
-    robot.fail(goal, 0.3, 712)
-    assert "over the tolerance of 0.1 s" in goal.result.error_msg
+    robot.fail(goal, 0.3, 712, "over the tolerance of 0.1 s")
 
 
 @pytest.mark.parametrize(("first", "second"), list(zip(KINDS, (*KINDS[1:], KINDS[0]), strict=True)))

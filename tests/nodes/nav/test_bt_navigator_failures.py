@@ -167,8 +167,7 @@ def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
-    robot.fail(goal, 2.2, 202)
-    assert "3.0" in goal.result.error_msg
+    robot.fail(goal, 2.2, 202, "3.0")
     assert "(waited for 2.0" in goal.result.error_msg
 
 

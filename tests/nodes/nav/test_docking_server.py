@@ -119,8 +119,7 @@ def test_orders_that_cannot_be_carried_out_end_with_their_codes(robot: PlayedRob
         (dock_at(robot, here, "hook"), 902, "no dock type 'hook'; valid: simple_"),
         (dock_at(robot, broken(), "simple_charging_dock"), 999, "is no rotation"),
     ):
-        assert_failed(goal, code)
-        assert says in goal.result.error_msg
+        assert_failed(goal, code, says)
         assert not goal.result.success
     pose = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_charging_dock")
@@ -140,8 +139,7 @@ def test_a_newer_order_ends_the_older(robot: PlayedRobot) -> None:
     docking = dock(robot)
     robot.run(1.0)
     leaving = undock(robot)
-    assert_failed(docking, DockRobot.Result.UNKNOWN)
-    assert "replaced by undock_robot" in docking.result.error_msg
+    assert_failed(docking, DockRobot.Result.UNKNOWN, "replaced by undock_robot")
     robot.run_until_done(leaving, 1.0)
     assert leaving.status == SUCCEEDED  # it is in none
 

@@ -162,5 +162,4 @@ def test_missing_modules_are_named(own_plugins: Path, capfd: pytest.CaptureFixtu
     pose = pose_stamped(SE2(1.0, 0.0), "map", 0.0)
     goal = NavigateToPose.Goal(pose=pose, behavior_tree="east.xml")
     sent = robot.send(NavigateToPose, "navigate_to_pose", goal)
-    robot.fail(sent, 3.0, 0)
-    assert "there is no node 'IsEast'" in sent.result.error_msg
+    robot.fail(sent, 3.0, 0, "there is no node 'IsEast'")
