@@ -9,7 +9,21 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, TypeVar, Union, get_args, get_origin
 
 from arjuna_core.errors import ConfigError, closest, nearest
-from arjuna_core.param import SEED_MAX, ParamInfo, info_of, key_of, param, plugin_names
+from arjuna_core.param import (
+    SEED_MAX,
+    ParamInfo,
+    angle_param,
+    duration_param,
+    fixed,
+    info_of,
+    key_of,
+    length_param,
+    param,
+    plugin_names,
+    share_param,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.plugins import config_class_for, type_hints
 
 T = TypeVar("T")
@@ -18,14 +32,21 @@ __all__ = [
     "SEED_MAX",
     "NoParameters",
     "ParamInfo",
+    "angle_param",
     "check",
     "dotted",
+    "duration_param",
+    "fixed",
     "flatten",
     "info_of",
     "infos",
+    "length_param",
     "load",
     "param",
     "plugin_names",
+    "share_param",
+    "speed_param",
+    "yaw_rate_param",
 ]
 
 

@@ -90,6 +90,41 @@ def param(
     return dataclasses.field(default=default, metadata={_KEY: info})
 
 
+def fixed(default: Any, description: str, **more: Any) -> Any:
+    """Declare a parameter that holds from the start on: a topic, a frame, a kind."""
+    return param(default, description, read_only=True, **more)
+
+
+def length_param(default: Any, description: str, *, minimum: float = 0.0, **more: Any) -> Any:
+    """Declare a length, as metres."""
+    return param(default, description, unit="m", minimum=minimum, **more)
+
+
+def duration_param(default: Any, description: str, *, minimum: float = 0.0, **more: Any) -> Any:
+    """Declare a time span, as seconds."""
+    return param(default, description, unit="s", minimum=minimum, **more)
+
+
+def angle_param(default: Any, description: str, *, minimum: float = 0.0, **more: Any) -> Any:
+    """Declare the size of an angle, as radians."""
+    return param(default, description, unit="rad", minimum=minimum, **more)
+
+
+def speed_param(default: Any, description: str, *, minimum: float = 0.0, **more: Any) -> Any:
+    """Declare a speed, as metres a second."""
+    return param(default, description, unit="m/s", minimum=minimum, **more)
+
+
+def yaw_rate_param(default: Any, description: str, *, minimum: float = 0.0, **more: Any) -> Any:
+    """Declare the size of a yaw rate, as radians a second."""
+    return param(default, description, unit="rad/s", minimum=minimum, **more)
+
+
+def share_param(default: Any, description: str, **more: Any) -> Any:
+    """Declare a share or a probability, from 0 to 1."""
+    return param(default, description, minimum=0.0, maximum=1.0, **more)
+
+
 def plugin_names(default: tuple[str, ...] | str, description: str, types: Any) -> Any:
     """Declare the names of plug-ins, a list or a text; the parameters of each stand below its name.
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 from typing import Any, TypeVar, get_type_hints
 
 from arjuna_core.errors import ConfigError, nearest
-from arjuna_core.param import field_of, info_of, key_of, param
+from arjuna_core.param import field_of, fixed, info_of, key_of, param
 
 T = TypeVar("T")
 _NAME = re.compile(r"[^\s.,\[\]'\"]+")  # a dot stands between a plug-in's name and a parameter's
@@ -200,7 +200,7 @@ def _with_default(config: Any, key: str, default: str) -> type[Any]:
 
 @functools.cache
 def _with_class_name(config: Any, what: str, key: str, given: str) -> type[Any]:
-    item = param(given, f"Class of the {what}, or module:Class.", choices=(given,), read_only=True)
+    item = fixed(given, f"Class of the {what}, or module:Class.", choices=(given,))
     return _subclass(config, [(field_of(key), str, item)])
 
 

@@ -11,7 +11,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param, share_param, speed_param
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.asking import RECOVERIES
@@ -30,23 +30,21 @@ class NavigatorConfig:
     replanning_frequency: float = param(1.0, "Plans a second.", unit="Hz", minimum=0.01)
     number_of_retries: int = param(6, "Most recoveries.", minimum=0)
     spin_dist: float = param(1.57, "Angle of the recovery spin.", unit="rad")
-    wait_duration: float = param(5.0, "Duration of the recovery wait.", unit="s", minimum=0.0)
-    backup_dist: float = param(0.30, "Distance of the recovery backup.", unit="m", minimum=0.0)
-    backup_speed: float = param(0.15, "Speed of the recovery backup.", unit="m/s", minimum=0.0)
-    passed_goal_radius: float = param(
-        0.7, "Distance at which a pose before the last counts as passed.", unit="m", minimum=0.0
+    wait_duration: float = duration_param(5.0, "Duration of the recovery wait.")
+    backup_dist: float = length_param(0.30, "Distance of the recovery backup.")
+    backup_speed: float = speed_param(0.15, "Speed of the recovery backup.")
+    passed_goal_radius: float = length_param(
+        0.7, "Distance at which a pose before the last counts as passed."
     )
-    same_way_deviation: float = param(
-        0.5, "Greatest distance between two paths that count as the same.", unit="m", minimum=0.0
+    same_way_deviation: float = length_param(
+        0.5, "Greatest distance between two paths that count as the same."
     )
-    shorter_ratio: float = param(
-        0.9, "Length of a path against the old that is clearly shorter.", minimum=0.0, maximum=1.0
+    shorter_ratio: float = share_param(
+        0.9, "Length of a path against the old that is clearly shorter."
     )
-    outage_patience: float = param(
+    outage_patience: float = duration_param(
         30.0,
         "How long to stand where the robot's pose or its surroundings are not known.",
-        unit="s",
-        minimum=0.0,
         theirs=0.0,
     )
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.devices.odometry import OdometryConfig
@@ -17,13 +17,12 @@ from arjuna_sim.physics.wheels.servo import ServoConfig
 class SimulatorConfig:
     """Time steps, and what the robot's devices are like."""
 
-    tick: float = param(
-        0.02, "Time that one step advances.", unit="s", minimum=0.001, maximum=0.1, read_only=True
+    tick: float = duration_param(
+        0.02, "Time that one step advances.", minimum=0.001, maximum=0.1, read_only=True
     )
-    physics_timestep: float = param(
+    physics_timestep: float = duration_param(
         0.004,
         "Time step of the physics; the tick must be a whole number of them.",
-        unit="s",
         minimum=0.0001,
         maximum=0.01,
         read_only=True,

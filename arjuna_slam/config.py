@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import info_of, param
+from arjuna_core.config import angle_param, duration_param, fixed, info_of, length_param, param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.back_end import BackEndConfig
 from arjuna_slam.mapping.keyframes import Keyframes, LifelongConfig
@@ -23,13 +23,9 @@ _LEAST_EDGE = 1e-3  # [m] of a map's cell: smaller ones fill the memory
 class SlamConfig(BackEndConfig, ReferenceConfig, TrackerConfig, LifelongConfig):
     """Parameters of SLAM, those of matching and of loop closure among them."""
 
-    resolution: float = param(0.05, "Edge of a map cell.", unit="m", minimum=1e-3)
-    minimum_travel_distance: float = param(
-        0.2, "Travel from keyframe to keyframe.", unit="m", minimum=0.0
-    )
-    minimum_travel_heading: float = param(
-        0.2, "Turn after which a scan is a keyframe.", unit="rad", minimum=0.0
-    )
+    resolution: float = length_param(0.05, "Edge of a map cell.", minimum=1e-3)
+    minimum_travel_distance: float = length_param(0.2, "Travel from keyframe to keyframe.")
+    minimum_travel_heading: float = angle_param(0.2, "Turn after which a scan is a keyframe.")
     odometry_deviation: float = param(
         0.2, "Deviation of odometry per metre and per radian.", minimum=1e-3, maximum=10.0
     )
@@ -116,48 +112,37 @@ class SlamNodeConfig(SlamConfig):
     loop_search_space_dimension: float = _as_there("loop_search_space_dimension", 8.0)
     minimum_distance_penalty: float = _as_there("minimum_distance_penalty", 0.05)
     scan_buffer_size: int = _as_there("scan_buffer_size", 10)
-    mode: str = param("mapping", "What the node does.", choices=MODES, read_only=True)
-    synchronous: bool = param(
-        False, "Whether every scan is processed, not only the newest.", read_only=True
-    )
-    odom_frame: str = param("odom", "Frame of the odometry.", read_only=True)
-    map_frame: str = param("map", "Frame of the map.", read_only=True)
-    base_frame: str = param("base_footprint", "Frame of the robot's base.", read_only=True)
-    scan_topic: str = param("/scan", "Topic of the scans.", read_only=True)
-    scan_queue_size: int = param(
-        1, "Scans that may wait; 0: any.", minimum=0, maximum=100000, read_only=True, theirs=1
+    mode: str = fixed("mapping", "What the node does.", choices=MODES)
+    synchronous: bool = fixed(False, "Whether every scan is processed, not only the newest.")
+    odom_frame: str = fixed("odom", "Frame of the odometry.")
+    map_frame: str = fixed("map", "Frame of the map.")
+    base_frame: str = fixed("base_footprint", "Frame of the robot's base.")
+    scan_topic: str = fixed("/scan", "Topic of the scans.")
+    scan_queue_size: int = fixed(
+        1, "Scans that may wait; 0: any.", minimum=0, maximum=100000, theirs=1
     )
     throttle_scans: int = param(1, "Every which scan is used.", minimum=0, maximum=1000000)
-    minimum_time_interval: float = param(
-        0.5,
-        "Least time between two scans used; each makes the pose better.",
-        unit="s",
-        minimum=0.0,
-        theirs=0.5,
+    minimum_time_interval: float = duration_param(
+        0.5, "Least time between two scans used; each makes the pose better.", theirs=0.5
     )
     process_between_keyframes: bool = param(
         True,
         "Whether scans are matched before the robot has moved by minimum_travel_*.",
         theirs=False,
     )
-    min_laser_range: float = param(0.0, "Shortest range used.", unit="m", minimum=0.0)
-    map_name: str = param("/map", "Topic of the map.", read_only=True)
-    map_update_interval: float = param(
-        10.0,
-        "Time between two maps, 0.02 at least.",
-        unit="s",
-        minimum=0.0,
-        read_only=True,
-        theirs=10.0,
+    min_laser_range: float = length_param(0.0, "Shortest range used.")
+    map_name: str = fixed("/map", "Topic of the map.")
+    map_update_interval: float = duration_param(
+        10.0, "Time between two maps, 0.02 at least.", read_only=True, theirs=10.0
     )
     publish_unchanged_map: bool = param(
         False, "Whether the map is published each time, not only where it has changed.", theirs=True
     )
-    transform_publish_period: float = param(
-        0.05, "Time between two transforms; 0 for none.", unit="s", minimum=0.0, read_only=True
+    transform_publish_period: float = duration_param(
+        0.05, "Time between two transforms; 0 for none.", read_only=True
     )
-    transform_timeout: float = param(
-        0.5, "How far past its scan a transform is dated.", unit="s", minimum=0.0, theirs=0.5
+    transform_timeout: float = duration_param(
+        0.5, "How far past its scan a transform is dated.", theirs=0.5
     )
     restamp_tf: bool = param(False, "Whether transforms are dated past now instead.")
     position_covariance_scale: float = param(
@@ -165,16 +150,11 @@ class SlamNodeConfig(SlamConfig):
     )
     yaw_covariance_scale: float = param(1.0, "Factor on the covariance of the yaw.", minimum=0.0)
     map_file_name: str = param("", "Graph to go on from; empty for a new one.", path=True)
-    map_start_pose: tuple[float, ...] = param(
-        (), "Where the robot starts on it: x, y, theta.", read_only=True
-    )
-    map_start_at_dock: bool = param(
-        False, "Whether it starts at the first keyframe.", read_only=True
-    )
-    start_anywhere: bool = param(
+    map_start_pose: tuple[float, ...] = fixed((), "Where the robot starts on it: x, y, theta.")
+    map_start_at_dock: bool = fixed(False, "Whether it starts at the first keyframe.")
+    start_anywhere: bool = fixed(
         True,
         "Whether a robot without a start is searched on the whole map; else it is at the origin.",
-        read_only=True,
         theirs=False,
     )
     resume_file: str = param(
@@ -183,14 +163,11 @@ class SlamNodeConfig(SlamConfig):
     maps_folder: str = param(
         ".", "Folder that relative paths of maps and graphs are of.", path=True
     )
-    use_map_saver: bool = param(True, "Whether save_map is offered.", read_only=True)
-    enable_interactive_mode: bool = param(
-        False,
-        "Whether toggle_interactive_mode lets keyframes be moved by hand.",
-        read_only=True,
-        theirs=False,
+    use_map_saver: bool = fixed(True, "Whether save_map is offered.")
+    enable_interactive_mode: bool = fixed(
+        False, "Whether toggle_interactive_mode lets keyframes be moved by hand.", theirs=False
     )
-    debug_logging: bool = param(False, "Whether to log each keyframe.", read_only=True)
+    debug_logging: bool = fixed(False, "Whether to log each keyframe.")
 
     @property
     def core(self) -> SlamConfig:

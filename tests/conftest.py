@@ -7,6 +7,8 @@ import os
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
+from importlib.util import find_spec
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -45,6 +47,14 @@ _LONG = tuple(
     )
 )
 """Files of 12 s of CPU time and more, the longest first: none must be the last on one core."""
+
+
+def pytest_ignore_collect(collection_path: Path) -> bool | None:
+    """Leave out files whose `pytestmark` says that they need ROS where there is none."""
+    if collection_path.suffix != ".py" or find_spec("rclpy"):
+        return None
+    marks = collection_path.read_text(encoding="utf-8").partition("\npytestmark = ")[2]
+    return "pytest.mark.ros" in marks.partition("\n\n")[0] or None
 
 
 def pytest_collectstart() -> None:

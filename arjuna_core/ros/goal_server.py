@@ -10,7 +10,7 @@ from rclpy.action import CancelResponse, GoalResponse
 from rclpy.action.server import ServerGoalHandle
 from unique_identifier_msgs.msg import UUID
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.actions import action_server
 from arjuna_core.ros.node import ManagedNode
@@ -256,7 +256,7 @@ class GoalServer:
 def result_timeout(default: float) -> Any:
     """Declare Nav2's parameter `action_server_result_timeout` with a default [s]."""
     what = "How long a result is kept for a client that has not asked for it yet."
-    return param(default, what, unit="s", minimum=0.0, read_only=True)
+    return duration_param(default, what, read_only=True)
 
 
 class GoalNode(ManagedNode):

@@ -7,7 +7,7 @@ import enum
 from dataclasses import dataclass
 from typing import Protocol
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, param, yaw_rate_param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
@@ -63,14 +63,14 @@ class Behavior(Protocol):
 class BehaviorConfig:
     """Parameters of the behaviours, by Nav2's names."""
 
-    simulate_ahead_time: float = param(2.0, "Time simulated ahead.", unit="s", minimum=0.0)
-    max_rotational_vel: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    simulate_ahead_time: float = duration_param(2.0, "Time simulated ahead.")
+    max_rotational_vel: float = yaw_rate_param(1.0, "Greatest yaw rate.")
     min_rotational_vel: float = param(0.4, "Least yaw rate; below 0 any.", unit="rad/s")
     rotational_acc_lim: float = param(3.2, "Deceleration.", unit="rad/s^2", minimum=0.01)
-    projection_time: float = param(
-        1.0, "Time teleoperation looks ahead, and a command of it holds.", unit="s", minimum=0.01
+    projection_time: float = duration_param(
+        1.0, "Time teleoperation looks ahead, and a command of it holds.", minimum=0.01
     )
-    simulation_time_step: float = param(0.1, "Step of that prediction.", unit="s", minimum=0.01)
+    simulation_time_step: float = duration_param(0.1, "Step of that prediction.", minimum=0.01)
     min_turning_radius: float = min_turning_radius(", for which `spin` fails")
     teleop_by_last_free: bool = param(
         True,

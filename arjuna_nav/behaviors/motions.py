@@ -8,7 +8,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-from arjuna_core.config import param
+from arjuna_core.config import param, speed_param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.behaviors.base import (
@@ -70,9 +70,7 @@ class DriveConfig:
     deceleration_limit: float = param(
         0.0, "How fast it loses speed before the end, below 0; 0: at once.", unit="m/s^2", maximum=0
     )
-    minimum_speed: float = param(
-        0.0, "Least speed, whatever the goal and the limits say.", unit="m/s", minimum=0.0
-    )
+    minimum_speed: float = speed_param(0.0, "Least speed, whatever the goal and the limits say.")
 
 
 class DriveOnHeading(TimedBehavior):

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, duration_param, length_param, param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.graceful.control_law import approach
@@ -31,14 +31,12 @@ class ApproachConfig:
         "Whether to drive into the goal where there is room, beyond what is tolerated.",
         theirs=False,
     )
-    distance: float = param(
-        0.5, "Distance from the goal at which a straight approach begins.", unit="m", minimum=0.0
+    distance: float = length_param(
+        0.5, "Distance from the goal at which a straight approach begins."
     )
-    bearing: float = param(
+    bearing: float = angle_param(
         0.35,
         "Bearing of the goal up to which it is driven to without a turn on the spot before.",
-        unit="rad",
-        minimum=0.0,
         maximum=math.pi,
     )
     straight_ratio: float = param(
@@ -46,33 +44,22 @@ class ApproachConfig:
         "Ratio of the path's rest to the goal's distance up to which it is straight.",
         minimum=1.0,
     )
-    curve_time: float = param(
+    curve_time: float = duration_param(
         4.5,
         "Time before the goal, at the speed driven, at which an approach begins on a curve that "
         "ends with its heading; 0 for straight approaches only.",
-        unit="s",
-        minimum=0.0,
     )
-    curve_angle: float = param(
-        0.8,
-        "Greatest turn on that curve; the rest is turned on the spot.",
-        unit="rad",
-        minimum=0.0,
-        maximum=math.pi,
+    curve_angle: float = angle_param(
+        0.8, "Greatest turn on that curve; the rest is turned on the spot.", maximum=math.pi
     )
     curve_gain: float = param(
         1.5, "k_phi and k_delta of the graceful control law on that curve.", minimum=0.1
     )
-    curve_room: float = param(
-        0.05, "Room beside the robot all along that curve.", unit="m", minimum=0.0
+    curve_room: float = length_param(0.05, "Room beside the robot all along that curve.")
+    blend_distance: float = length_param(
+        0.05, "Distance from the goal at which the turn to its heading begins."
     )
-    blend_distance: float = param(
-        0.05,
-        "Distance from the goal at which the turn to its heading begins.",
-        unit="m",
-        minimum=0.0,
-    )
-    patience: float = param(2.0, "How long it may get no nearer.", unit="s", minimum=0.0)
+    patience: float = duration_param(2.0, "How long it may get no nearer.")
     attempts: int = param(
         3, "Number of curves into one goal of a steered robot, which cannot turn there.", minimum=1
     )

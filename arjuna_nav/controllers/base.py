@@ -10,7 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
@@ -52,11 +52,8 @@ class ControlResult:
 class PluginConfig:
     """Parameters that the controllers of Nav2 share."""
 
-    transform_tolerance: float = param(
-        0.1,
-        "How old the robot's pose on the path may be, where that is more than the costmap's.",
-        unit="s",
-        minimum=0.0,
+    transform_tolerance: float = duration_param(
+        0.1, "How old the robot's pose on the path may be, where that is more than the costmap's."
     )
 
 

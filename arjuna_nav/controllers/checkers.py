@@ -6,7 +6,14 @@ import math
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from arjuna_core.config import param
+from arjuna_core.config import (
+    angle_param,
+    duration_param,
+    length_param,
+    param,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 
@@ -49,10 +56,8 @@ class GoalChecker(Protocol):
 class ProgressConfig:
     """Parameters of the progress checker, by Nav2's names."""
 
-    required_movement_radius: float = param(
-        0.5, "Distance to be moved in the time allowed.", unit="m", minimum=0.0
-    )
-    movement_time_allowance: float = param(10.0, "Time allowed.", unit="s", minimum=0.0)
+    required_movement_radius: float = length_param(0.5, "Distance to be moved in the time allowed.")
+    movement_time_allowance: float = duration_param(10.0, "Time allowed.")
 
 
 class SimpleProgressChecker:
@@ -94,9 +99,7 @@ class SimpleProgressChecker:
 class PoseProgressConfig(ProgressConfig):
     """Parameters of the pose progress checker, by Nav2's names."""
 
-    required_movement_angle: float = param(
-        0.5, "Or angle to be turned in the time allowed.", unit="rad", minimum=0.0
-    )
+    required_movement_angle: float = angle_param(0.5, "Or angle to be turned in the time allowed.")
 
 
 class PoseProgressChecker(SimpleProgressChecker):
@@ -135,13 +138,11 @@ def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool, pushed: fl
 class PositionGoalConfig:
     """Parameters of the position goal checker, by Nav2's names."""
 
-    xy_goal_tolerance: float = param(0.25, "Distance from the goal.", unit="m", minimum=0.0)
+    xy_goal_tolerance: float = length_param(0.25, "Distance from the goal.")
     stateful: bool = param(True, "Whether the position, once reached, counts as reached.")
-    pushed_distance: float = param(
+    pushed_distance: float = length_param(
         0.15,
         "Distance beyond the tolerance from which it counts no more: the robot was pushed.",
-        unit="m",
-        minimum=0.0,
         theirs=1e6,
     )
 
@@ -174,7 +175,7 @@ class PositionGoalChecker:
 class GoalConfig(PositionGoalConfig):
     """Parameters of the goal checker, by Nav2's names."""
 
-    yaw_goal_tolerance: float = param(0.25, "Angle from the goal's.", unit="rad", minimum=0.0)
+    yaw_goal_tolerance: float = angle_param(0.25, "Angle from the goal's.")
     symmetric_yaw_tolerance: bool = param(False, "Whether the robot may arrive backwards.")
 
 
@@ -207,12 +208,8 @@ class SimpleGoalChecker(PositionGoalChecker):
 class StoppedGoalConfig(GoalConfig):
     """Parameters of the stopped goal checker, by Nav2's names."""
 
-    trans_stopped_velocity: float = param(
-        0.25, "Speed that counts as standing.", unit="m/s", minimum=0.0
-    )
-    rot_stopped_velocity: float = param(
-        0.25, "Yaw rate that counts as standing.", unit="rad/s", minimum=0.0
-    )
+    trans_stopped_velocity: float = speed_param(0.25, "Speed that counts as standing.")
+    rot_stopped_velocity: float = yaw_rate_param(0.25, "Yaw rate that counts as standing.")
 
 
 class StoppedGoalChecker(SimpleGoalChecker):

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, duration_param, length_param, param, speed_param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.contact import leaves, line_off, turn_touches
@@ -31,42 +31,34 @@ class EscapeConfig:
         "Whether to search a trajectory by bends, turns and back, and through narrow gaps.",
         theirs=False,
     )
-    max_speed: float = param(
-        0.3, "Greatest speed; half of that in a gap without room.", unit="m/s", minimum=0.02
+    max_speed: float = speed_param(
+        0.3, "Greatest speed; half of that in a gap without room.", minimum=0.02
     )
-    rejoin_distance: float = param(
-        0.5, "How far ahead on the path it leads at the least.", unit="m", minimum=0.1
+    rejoin_distance: float = length_param(
+        0.5, "How far ahead on the path it leads at the least.", minimum=0.1
     )
-    reach: float = param(2.5, "How far ahead at the most.", unit="m", minimum=0.1)
+    reach: float = length_param(2.5, "How far ahead at the most.", minimum=0.1)
     targets: int = param(4, "Number of poses of the path that it is searched to.", minimum=1)
-    gap_reach: float = param(
-        1.5, "How far ahead on the path narrow gaps are looked for.", unit="m", minimum=0.1
+    gap_reach: float = length_param(
+        1.5, "How far ahead on the path narrow gaps are looked for.", minimum=0.1
     )
-    gap_room: float = param(
-        0.15, "Room beside the robot below which a gap is narrow.", unit="m", minimum=0.01
+    gap_room: float = length_param(
+        0.15, "Room beside the robot below which a gap is narrow.", minimum=0.01
     )
-    gap_margin: float = param(
-        0.005, "Room beside the robot, without its padding, in a gap.", unit="m", minimum=0.0
+    gap_margin: float = length_param(0.005, "Room beside the robot, without its padding, in a gap.")
+    gap_distance: float = length_param(
+        0.12, "Distance of the robot's front from a gap where it lines up."
     )
-    gap_distance: float = param(
-        0.12, "Distance of the robot's front from a gap where it lines up.", unit="m", minimum=0.0
+    gap_angle: float = angle_param(0.5, "Angle to a gap's line up to which it is steered onto it.")
+    run_up: float = length_param(0.25, "Distance before a gap over which the robot lines up.")
+    horizon: float = duration_param(0.5, "How far ahead collisions are looked for.", minimum=0.05)
+    max_deviation: float = length_param(
+        0.1, "Distance off its trajectory at which it searches another.", minimum=0.01
     )
-    gap_angle: float = param(
-        0.5, "Angle to a gap's line up to which it is steered onto it.", unit="rad", minimum=0.0
+    max_heading_deviation: float = angle_param(
+        0.5, "Angle off its trajectory at which it does.", minimum=0.01
     )
-    run_up: float = param(
-        0.25, "Distance before a gap over which the robot lines up.", unit="m", minimum=0.0
-    )
-    horizon: float = param(0.5, "How far ahead collisions are looked for.", unit="s", minimum=0.05)
-    max_deviation: float = param(
-        0.1, "Distance off its trajectory at which it searches another.", unit="m", minimum=0.01
-    )
-    max_heading_deviation: float = param(
-        0.5, "Angle off its trajectory at which it does.", unit="rad", minimum=0.01
-    )
-    patience: float = param(
-        1.0, "Time for which it waits for an obstacle to move.", unit="s", minimum=0.0
-    )
+    patience: float = duration_param(1.0, "Time for which it waits for an obstacle to move.")
     attempts: int = param(3, "Number of trajectories for one escape.", minimum=1)
     max_iterations: int = param(60000, "Greatest number of poses of a search.", minimum=1)
 

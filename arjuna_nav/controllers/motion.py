@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 
@@ -27,7 +27,7 @@ def gentle_turns() -> Any:
 def min_turning_radius(use: str = "") -> Any:
     """Declare the parameter of the servers whose robot may be steered."""
     text = f"Radius of the robot's tightest bend, as its file says{use}; 0: it turns on the spot."
-    return param(0.0, text, unit="m", minimum=0.0, maximum=100.0)
+    return length_param(0.0, text, maximum=100.0)
 
 
 def rollout(

@@ -12,7 +12,14 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import (
+    angle_param,
+    duration_param,
+    fixed,
+    length_param,
+    param,
+    yaw_rate_param,
+)
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -36,21 +43,15 @@ from arjuna_nav.planners import path as paths
 class RotationShimConfig:
     """Parameters of the rotation shim, by Nav2's names; its primary's stand beside them."""
 
-    primary_controller: str = param("", "Class of the controller that follows.", read_only=True)
-    angular_dist_threshold: float = param(
-        0.785, "Heading error that starts a turn.", unit="rad", minimum=0.0
+    primary_controller: str = fixed("", "Class of the controller that follows.")
+    angular_dist_threshold: float = angle_param(0.785, "Heading error that starts a turn.")
+    angular_disengage_threshold: float = angle_param(0.3925, "Heading error that ends it.")
+    forward_sampling_distance: float = length_param(
+        0.5, "How far ahead the path's direction is taken."
     )
-    angular_disengage_threshold: float = param(
-        0.3925, "Heading error that ends it.", unit="rad", minimum=0.0
-    )
-    forward_sampling_distance: float = param(
-        0.5, "How far ahead the path's direction is taken.", unit="m", minimum=0.0
-    )
-    rotate_to_heading_angular_vel: float = param(1.8, "Yaw rate.", unit="rad/s", minimum=0.0)
+    rotate_to_heading_angular_vel: float = yaw_rate_param(1.8, "Yaw rate.")
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
-    simulate_ahead_time: float = param(
-        1.0, "How far ahead collisions are looked for.", unit="s", minimum=0.0
-    )
+    simulate_ahead_time: float = duration_param(1.0, "How far ahead collisions are looked for.")
     max_cost_threshold: float = param(
         LETHAL,
         "Cost below the outline from which a turn counts as a collision.",

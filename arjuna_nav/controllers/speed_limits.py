@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Bytes, Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param, speed_param
 from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.motion import braking_distance, braking_speed
 from arjuna_nav.costmap import Costmap
@@ -22,21 +22,17 @@ class ForesightConfig:
     enabled: bool = param(
         True, "Whether narrow gaps and bends ahead slow the robot down.", theirs=False
     )
-    reaction_time: float = param(
-        0.25,
-        "Speed allowed is clearance beside the robot by this time: what it may err meanwhile.",
-        unit="s",
-        minimum=0.0,
+    reaction_time: float = duration_param(
+        0.25, "Speed allowed is clearance beside the robot by this time: what it may err meanwhile."
     )
-    min_speed: float = param(0.3, "Least speed it is slowed down to.", unit="m/s", minimum=0.01)
+    min_speed: float = speed_param(0.3, "Least speed it is slowed down to.", minimum=0.01)
     lateral_acceleration: float = param(
         1.0, "Greatest acceleration in bends.", unit="m/s^2", minimum=0.01
     )
     deceleration: float = param(1.5, "Braking before what lies ahead.", unit="m/s^2", minimum=0.01)
-    chord: float = param(
+    chord: float = length_param(
         0.4,
         "Length over which the path's curvature is taken: the steps of a grid are none.",
-        unit="m",
         minimum=0.05,
     )
 

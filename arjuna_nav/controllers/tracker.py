@@ -11,7 +11,14 @@ from typing import NamedTuple
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import (
+    angle_param,
+    duration_param,
+    length_param,
+    param,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_nav.controllers.motion import braking_speed, crossing, curvature_into
@@ -22,32 +29,26 @@ from arjuna_nav.planners import path as paths
 class TrackerConfig:
     """Parameters of driving planned trajectories, into goals and out of tight spots."""
 
-    lookahead_time: float = param(
-        0.6, "Time to the pose that is steered to.", unit="s", minimum=0.0
-    )
-    min_lookahead: float = param(0.05, "Least distance of that pose.", unit="m", minimum=0.02)
+    lookahead_time: float = duration_param(0.6, "Time to the pose that is steered to.")
+    min_lookahead: float = length_param(0.05, "Least distance of that pose.", minimum=0.02)
     deceleration: float = param(0.5, "Braking before a stop.", unit="m/s^2", minimum=0.01)
-    min_speed: float = param(0.04, "Speed that the wheels still hold.", unit="m/s", minimum=0.001)
-    max_angular_velocity: float = param(1.2, "Greatest yaw rate.", unit="rad/s", minimum=0.05)
+    min_speed: float = speed_param(0.04, "Speed that the wheels still hold.", minimum=0.001)
+    max_angular_velocity: float = yaw_rate_param(1.2, "Greatest yaw rate.", minimum=0.05)
     lateral_acceleration: float = param(
         0.25,
         "Greatest acceleration in bends: by more, wheels that turn and drive drift.",
         unit="m/s^2",
         minimum=0.01,
     )
-    min_angular_velocity: float = param(
-        0.1, "Yaw rate below which the wheels stick.", unit="rad/s", minimum=0.0
-    )
+    min_angular_velocity: float = yaw_rate_param(0.1, "Yaw rate below which the wheels stick.")
     angular_deceleration: float = param(
         1.5, "Braking at the end of a turn.", unit="rad/s^2", minimum=0.01
     )
-    latency: float = param(
-        0.12, "From a command to the motion that is measured.", unit="s", minimum=0.0
-    )
-    xy_precision: float = param(0.01, "Distance that is exact enough.", unit="m", minimum=0.0)
-    yaw_precision: float = param(0.015, "Angle that is exact enough.", unit="rad", minimum=0.0)
-    yaw_tolerance: float = param(
-        0.05, "The same before a stretch, on which steering does the rest.", unit="rad", minimum=0.0
+    latency: float = duration_param(0.12, "From a command to the motion that is measured.")
+    xy_precision: float = length_param(0.01, "Distance that is exact enough.")
+    yaw_precision: float = angle_param(0.015, "Angle that is exact enough.")
+    yaw_tolerance: float = angle_param(
+        0.05, "The same before a stretch, on which steering does the rest."
     )
 
     steering_reserve: float = param(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, fixed, length_param, param, plugin_names
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.layers.observations import sources_of
 from arjuna_nav.costmap.layers.plugins import LAYERS
@@ -20,23 +20,19 @@ class CostmapConfig:
         ConfigError: The footprint is none.
     """
 
-    global_frame: str = param("map", "Frame of the grid.", read_only=True)
-    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    map_topic: str = param("map", "Topic of the map.", read_only=True)
+    global_frame: str = fixed("map", "Frame of the grid.")
+    robot_base_frame: str = fixed("base_link", "Frame of the robot.")
+    map_topic: str = fixed("map", "Topic of the map.")
     map_vis_z: float = param(0.0, "Height at which the costmap is shown.", unit="m")
-    update_frequency: float = param(
-        5.0, "Updates a second.", unit="Hz", minimum=0.1, read_only=True
-    )
-    publish_frequency: float = param(
-        1.0, "Publications a second; none from 0 down.", unit="Hz", read_only=True
-    )
-    width: int = param(5, "Width without a map.", unit="m", minimum=1, read_only=True)
-    height: int = param(5, "Height without a map.", unit="m", minimum=1, read_only=True)
-    resolution: float = param(0.1, "Edge of a cell.", unit="m", minimum=0.005, read_only=True)
-    origin_x: float = param(0.0, "Lower left corner without a map.", unit="m", read_only=True)
-    origin_y: float = param(0.0, "Lower left corner without a map.", unit="m", read_only=True)
-    rolling_window: bool = param(False, "Whether the grid follows the robot.", read_only=True)
-    track_unknown_space: bool = param(False, "Whether unknown differs from free.", read_only=True)
+    update_frequency: float = fixed(5.0, "Updates a second.", unit="Hz", minimum=0.1)
+    publish_frequency: float = fixed(1.0, "Publications a second; none from 0 down.", unit="Hz")
+    width: int = length_param(5, "Width without a map.", minimum=1, read_only=True)
+    height: int = length_param(5, "Height without a map.", minimum=1, read_only=True)
+    resolution: float = length_param(0.1, "Edge of a cell.", minimum=0.005, read_only=True)
+    origin_x: float = fixed(0.0, "Lower left corner without a map.", unit="m")
+    origin_y: float = fixed(0.0, "Lower left corner without a map.", unit="m")
+    rolling_window: bool = fixed(False, "Whether the grid follows the robot.")
+    track_unknown_space: bool = fixed(False, "Whether unknown differs from free.")
     unknown_cost_value: int = param(
         255, "Occupancy that a map's unknown cells have, of 0 to 255; -1 is 255."
     )
@@ -47,7 +43,7 @@ class CostmapConfig:
     use_maximum: bool = param(
         False, "Whether the map's costs count only where they are greater than those below them."
     )
-    robot_radius: float = param(0.1, "Radius of a circular robot.", unit="m", minimum=0.0)
+    robot_radius: float = length_param(0.1, "Radius of a circular robot.")
     footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m")
     body: str = param(
@@ -63,15 +59,11 @@ class CostmapConfig:
         " there collides.",
         theirs=False,
     )
-    transform_tolerance: float = param(
-        0.3, "Oldest transform of the robot that is used.", unit="s", minimum=0.0
-    )
-    initial_transform_timeout: float = param(
+    transform_tolerance: float = duration_param(0.3, "Oldest transform of the robot that is used.")
+    initial_transform_timeout: float = duration_param(
         0.0,
         "How long a costmap that was activated waits for the robot's pose, and is inactive then; "
         "0: for ever.",
-        unit="s",
-        minimum=0.0,
         theirs=60.0,
     )
     always_send_full_costmap: bool = param(
@@ -79,8 +71,8 @@ class CostmapConfig:
         "Whether the whole grid is published each time, beside what has changed in it; else only"
         " where its size or place changes and where someone subscribes.",
     )
-    observation_sources: str = param(
-        "", "Unused, as in Nav2: each obstacle layer has sources of its own.", read_only=True
+    observation_sources: str = fixed(
+        "", "Unused, as in Nav2: each obstacle layer has sources of its own."
     )
     plugins: tuple[str, ...] = plugin_names(_DEFAULT, "Layers in order.", LAYERS)
     filters: tuple[str, ...] = plugin_names((), "Layers after them, as zones are.", LAYERS)

@@ -8,7 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import (
+    duration_param,
+    fixed,
+    length_param,
+    param,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.graceful import control_law
@@ -25,24 +32,24 @@ class ApproachConfig:
     k_delta: float = param(2.0, "Gain of the steering's error.", minimum=0.0)
     beta: float = param(0.4, "How much bends slow down.", minimum=0.0)
     lambda_: float = param(2.0, "How sharply bends slow down.", minimum=1.0)
-    v_linear_min: float = param(0.1, "Least speed.", unit="m/s", minimum=0.0)
-    v_linear_max: float = param(0.25, "Greatest speed.", unit="m/s", minimum=0.01)
-    v_angular_max: float = param(0.75, "Greatest yaw rate.", unit="rad/s", minimum=0.01)
-    slowdown_radius: float = param(
-        0.25, "Distance from the pose at which to slow down.", unit="m", minimum=0.01
+    v_linear_min: float = speed_param(0.1, "Least speed.")
+    v_linear_max: float = speed_param(0.25, "Greatest speed.", minimum=0.01)
+    v_angular_max: float = yaw_rate_param(0.75, "Greatest yaw rate.", minimum=0.01)
+    slowdown_radius: float = length_param(
+        0.25, "Distance from the pose at which to slow down.", minimum=0.01
     )
     use_collision_detection: bool = param(True, "Whether to stop before obstacles.")
-    costmap_topic: str = param("local_costmap/costmap_raw", "Costs that show them.", read_only=True)
-    footprint_topic: str = param(
-        "local_costmap/published_footprint", "Outline that may not meet them.", read_only=True
+    costmap_topic: str = fixed("local_costmap/costmap_raw", "Costs that show them.")
+    footprint_topic: str = fixed(
+        "local_costmap/published_footprint", "Outline that may not meet them."
     )
-    transform_tolerance: float = param(
-        0.1, "How old the transforms to costs and outline may be.", unit="s", minimum=0.0
+    transform_tolerance: float = duration_param(
+        0.1, "How old the transforms to costs and outline may be."
     )
-    projection_time: float = param(5.0, "How far ahead to look.", unit="s", minimum=0.01)
-    simulation_time_step: float = param(0.1, "Step of that look.", unit="s", minimum=0.01)
-    dock_collision_threshold: float = param(
-        0.3, "Distance to the dock within which nothing counts as obstacle.", unit="m", minimum=0.0
+    projection_time: float = duration_param(5.0, "How far ahead to look.", minimum=0.01)
+    simulation_time_step: float = duration_param(0.1, "Step of that look.", minimum=0.01)
+    dock_collision_threshold: float = length_param(
+        0.3, "Distance to the dock within which nothing counts as obstacle."
     )
 
 

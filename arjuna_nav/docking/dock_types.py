@@ -10,7 +10,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
 
-from arjuna_core.config import load, param
+from arjuna_core.config import (
+    duration_param,
+    length_param,
+    load,
+    param,
+    share_param,
+    yaw_rate_param,
+)
 from arjuna_core.errors import ConfigError, InputFileError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.plugins import PluginTypes
@@ -38,17 +45,15 @@ class DockSenses:
 class SimpleDockConfig:
     """Parameters of a simple dock, by Nav2's names."""
 
-    docking_threshold: float = param(
-        0.05, "Distance to the dock's pose that counts as docked.", unit="m", minimum=0.0
+    docking_threshold: float = length_param(
+        0.05, "Distance to the dock's pose that counts as docked."
     )
     staging_x_offset: float = param(-0.7, "Staging pose ahead of the dock's pose.", unit="m")
     staging_yaw_offset: float = param(0.0, "Heading of the staging pose against it.", unit="rad")
     use_external_detection_pose: bool = param(
         False, "Whether detected_dock_pose says where the dock is; else its pose as given."
     )
-    external_detection_timeout: float = param(
-        1.0, "How old a detection may be.", unit="s", minimum=0.0
-    )
+    external_detection_timeout: float = duration_param(1.0, "How old a detection may be.")
     external_detection_translation_x: float = param(
         -0.2, "Dock's pose ahead of what is detected.", unit="m"
     )
@@ -58,19 +63,14 @@ class SimpleDockConfig:
     external_detection_rotation_roll: float = param(-1.57, "Turn of the detection.", unit="rad")
     external_detection_rotation_pitch: float = param(1.57, "Turn of the detection.", unit="rad")
     external_detection_rotation_yaw: float = param(0.0, "Turn of the detection.", unit="rad")
-    filter_coef: float = param(
-        0.1,
-        "Share of a new detection in the pose believed; 0: all of it.",
-        minimum=0.0,
-        maximum=1.0,
+    filter_coef: float = share_param(
+        0.1, "Share of a new detection in the pose believed; 0: all of it."
     )
     use_stall_detection: bool = param(
         False, "Whether joints that push without moving show contact; else the distance."
     )
     stall_joint_names: tuple[str, ...] = param((), "The joints watched.")
-    stall_velocity_threshold: float = param(
-        1.0, "Speed below which joints stand.", unit="rad/s", minimum=0.0
-    )
+    stall_velocity_threshold: float = yaw_rate_param(1.0, "Speed below which joints stand.")
     stall_effort_threshold: float = param(
         1.0, "Effort above which joints push.", unit="Nm", minimum=0.0
     )

@@ -9,7 +9,7 @@ import enum
 import math
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, duration_param, fixed, length_param, param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.costmap.costmap import Costmap
@@ -22,28 +22,22 @@ from arjuna_nav.docking.dock_types import DockSenses, DockType
 class DockingConfig:
     """When docking waits, tries again and gives up, by Nav2's names."""
 
-    controller_frequency: float = param(
-        50.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
+    controller_frequency: float = fixed(50.0, "Commands a second.", unit="Hz", minimum=0.1)
+    initial_perception_timeout: float = duration_param(
+        5.0, "How long to wait until the dock is seen."
     )
-    initial_perception_timeout: float = param(
-        5.0, "How long to wait until the dock is seen.", unit="s", minimum=0.0
+    wait_charge_timeout: float = duration_param(5.0, "How long to wait until the battery charges.")
+    dock_approach_timeout: float = duration_param(30.0, "How long an approach may take.")
+    undock_linear_tolerance: float = length_param(
+        0.05, "Distance to the staging pose that is good enough."
     )
-    wait_charge_timeout: float = param(
-        5.0, "How long to wait until the battery charges.", unit="s", minimum=0.0
-    )
-    dock_approach_timeout: float = param(
-        30.0, "How long an approach may take.", unit="s", minimum=0.0
-    )
-    undock_linear_tolerance: float = param(
-        0.05, "Distance to the staging pose that is good enough.", unit="m", minimum=0.0
-    )
-    undock_angular_tolerance: float = param(
-        0.05, "Heading from the staging pose that is good enough.", unit="rad", minimum=0.0
+    undock_angular_tolerance: float = angle_param(
+        0.05, "Heading from the staging pose that is good enough."
     )
     max_retries: int = param(3, "Most retries.", minimum=0)
     dock_backwards: bool = param(False, "Whether the robot backs into docks.")
-    dock_prestaging_tolerance: float = param(
-        0.5, "Distance to the staging pose within which it is not driven to.", unit="m", minimum=0.0
+    dock_prestaging_tolerance: float = length_param(
+        0.5, "Distance to the staging pose within which it is not driven to."
     )
     controller: ApproachConfig = field(default_factory=ApproachConfig)
 

@@ -11,7 +11,7 @@ from scipy import ndimage
 from scipy.spatial import KDTree
 
 from arjuna_core.arrays import Bools, Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
@@ -24,40 +24,28 @@ _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
 class ExplorationConfig:
     """Parameters of exploration."""
 
-    min_frontier_size: float = param(0.3, "Shortest frontier of interest.", unit="m", minimum=0.0)
-    view_distance: float = param(
-        1.0, "How far from a frontier it may be looked at.", unit="m", minimum=0.0
+    min_frontier_size: float = length_param(0.3, "Shortest frontier of interest.")
+    view_distance: float = length_param(1.0, "How far from a frontier it may be looked at.")
+    frontier_shift: float = length_param(
+        0.3, "How far a frontier may move and still be the goal's."
     )
-    frontier_shift: float = param(
-        0.3, "How far a frontier may move and still be the goal's.", unit="m", minimum=0.0
-    )
-    start_radius: float = param(
-        0.5,
-        "How far from the robot, which stands in the unknown, the map may begin.",
-        unit="m",
-        minimum=0.0,
+    start_radius: float = length_param(
+        0.5, "How far from the robot, which stands in the unknown, the map may begin."
     )
     max_cost: int = param(120, "Greatest cost of a cell to stand on.", minimum=0, maximum=252)
     size_gain: float = param(1.0, "Gain of a metre of frontier, in metres of path.", minimum=0.0)
-    open_distance: float = param(
+    open_distance: float = length_param(
         3.0,
         "Distance to the nearest obstacle from which a frontier is in the open and comes last: a"
         " lidar has nothing there to see where it is by.",
-        unit="m",
-        minimum=0.0,
     )
-    max_open_distance: float = param(
+    max_open_distance: float = length_param(
         15.0,
         "Distance to the nearest obstacle from which a frontier is left out: open ground may have"
         " no end.",
-        unit="m",
-        minimum=0.0,
     )
-    blacklist_radius: float = param(
-        0.5,
-        "Distance to a goal tried before within which a cell is ruled out.",
-        unit="m",
-        minimum=0.0,
+    blacklist_radius: float = length_param(
+        0.5, "Distance to a goal tried before within which a cell is ruled out."
     )
 
 

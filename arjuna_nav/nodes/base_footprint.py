@@ -7,7 +7,7 @@ from typing import Any
 
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import se2_from_transform, seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
@@ -18,8 +18,8 @@ from arjuna_core.ros.tf import transforms_msg
 class BaseFootprintPublisherConfig:
     """Parameters of base_footprint_publisher, by Nav2's names."""
 
-    base_link_frame: str = param("base_link", "Frame of the robot in space.", read_only=True)
-    base_footprint_frame: str = param("base_footprint", "Frame on the ground.", read_only=True)
+    base_link_frame: str = fixed("base_link", "Frame of the robot in space.")
+    base_footprint_frame: str = fixed("base_footprint", "Frame on the ground.")
 
 
 class BaseFootprintPublisherNode(ManagedNode):

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from std_msgs.msg import Empty
 
-from arjuna_core.config import NoParameters, param, plugin_names
+from arjuna_core.config import NoParameters, duration_param, fixed, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, seconds
 from arjuna_core.ros.goal_server import GoalError, GoalNode, result_timeout
@@ -36,38 +36,28 @@ class BehaviorServerConfig(BehaviorConfig):
     behavior_plugins: tuple[str, ...] = plugin_names(
         DEFAULT_BEHAVIORS, "The behaviours; the names are those of their actions.", BEHAVIORS
     )
-    cycle_frequency: float = param(
-        10.0, "Commands a second.", unit="Hz", minimum=0.1, read_only=True
-    )
+    cycle_frequency: float = fixed(10.0, "Commands a second.", unit="Hz", minimum=0.1)
     action_server_result_timeout: float = result_timeout(10.0)
-    local_costmap_topic: str = param(
-        "local_costmap/costmap_raw", "Costs to move in.", read_only=True
+    local_costmap_topic: str = fixed("local_costmap/costmap_raw", "Costs to move in.")
+    local_footprint_topic: str = fixed(
+        "local_costmap/published_footprint", "Outline to move there."
     )
-    local_footprint_topic: str = param(
-        "local_costmap/published_footprint", "Outline to move there.", read_only=True
+    global_costmap_topic: str = fixed(
+        "global_costmap/costmap_raw", "Costs of behaviours of one's own that move in the whole map."
     )
-    global_costmap_topic: str = param(
-        "global_costmap/costmap_raw",
-        "Costs of behaviours of one's own that move in the whole map.",
-        read_only=True,
+    global_footprint_topic: str = fixed(
+        "global_costmap/published_footprint", "Outline to move there."
     )
-    global_footprint_topic: str = param(
-        "global_costmap/published_footprint", "Outline to move there.", read_only=True
+    local_frame: str = fixed("", "Frame to move in; empty: the local costmap's.")
+    global_frame: str = fixed("", "The same in the whole map.")
+    robot_base_frame: str = fixed("", "Frame of the robot; empty: that too.")
+    transform_tolerance: float = duration_param(0.1, "How old the robot's pose may be.")
+    costmap_update_timeout: float = duration_param(1.0, "How old the costmap may be.")
+    cmd_vel_topic: str = fixed("cmd_vel_nav", "Topic of the velocities; velocity_smoother listens.")
+    cmd_vel_teleop_topic: str = fixed(
+        "cmd_vel_teleop", "Topic of the commands for assisted_teleop."
     )
-    local_frame: str = param("", "Frame to move in; empty: the local costmap's.", read_only=True)
-    global_frame: str = param("", "The same in the whole map.", read_only=True)
-    robot_base_frame: str = param("", "Frame of the robot; empty: that too.", read_only=True)
-    transform_tolerance: float = param(
-        0.1, "How old the robot's pose may be.", unit="s", minimum=0.0
-    )
-    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param(
-        "cmd_vel_nav", "Topic of the velocities; velocity_smoother listens.", read_only=True
-    )
-    cmd_vel_teleop_topic: str = param(
-        "cmd_vel_teleop", "Topic of the commands for assisted_teleop.", read_only=True
-    )
-    enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether cmd_vel is TwistStamped.")
 
 
 class _Run(NamedTuple):

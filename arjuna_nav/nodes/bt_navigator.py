@@ -11,7 +11,7 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.msg import BehaviorTreeLog
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, fixed, param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.goal_client import GoalClient
 from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
@@ -36,20 +36,16 @@ _INVALID = ComputePathToPose.Result.TF_ERROR
 class BtNavigatorConfig(NavigatorConfig, PostureConfig):
     """Parameters of bt_navigator."""
 
-    global_frame: str = param("map", "Frame to navigate in.", read_only=True)
-    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    transform_tolerance: float = param(
-        0.1, "Age of the transform that is tolerated.", unit="s", minimum=0.0
-    )
+    global_frame: str = fixed("map", "Frame to navigate in.")
+    robot_base_frame: str = fixed("base_link", "Frame of the robot.")
+    odom_topic: str = fixed("odom", "Topic of the odometry.")
+    transform_tolerance: float = duration_param(0.1, "Age of the transform that is tolerated.")
     action_server_result_timeout: float = result_timeout(900.0)
-    start_patience: float = param(
-        10.0, "How long a new goal waits for the robot's pose.", unit="s", minimum=0.0, theirs=0.0
+    start_patience: float = duration_param(
+        10.0, "How long a new goal waits for the robot's pose.", theirs=0.0
     )
     bt_loop_duration: int = param(10, "Time between two ticks.", unit="ms", minimum=1)
-    feedback_rate: float = param(
-        10.0, "Most feedbacks a second.", unit="Hz", minimum=0.1, read_only=True
-    )
+    feedback_rate: float = fixed(10.0, "Most feedbacks a second.", unit="Hz", minimum=0.1)
     wait_for_service_timeout: int = param(
         1000, "How long to wait for a server to be there.", unit="ms", minimum=0
     )
@@ -64,11 +60,9 @@ class BtNavigatorConfig(NavigatorConfig, PostureConfig):
     default_cancel_timeout: int = param(
         1000, "After which a cancel without an answer is logged.", unit="ms", minimum=0, theirs=20
     )
-    filter_duration: float = param(
+    filter_duration: float = duration_param(
         0.3,
         "Time over which SpeedController and the time left take the mean velocity.",
-        unit="s",
-        minimum=0.0,
         read_only=True,
     )
     navigators: tuple[str, ...] = plugin_names(
@@ -86,19 +80,16 @@ class BtNavigatorConfig(NavigatorConfig, PostureConfig):
         theirs="navigate_through_poses_w_replanning_and_recovery.xml",
         path=True,
     )
-    plugin_lib_names: tuple[str, ...] = param(
-        (),
-        "Python modules with nodes of trees of one's own; Nav2's libraries are built in.",
-        read_only=True,
+    plugin_lib_names: tuple[str, ...] = fixed(
+        (), "Python modules with nodes of trees of one's own; Nav2's libraries are built in."
     )
     bt_folder: str = param(".", "Folder of the behavior trees that goals may name.", path=True)
     bt_search_directories: tuple[str, ...] = param(
         (), "Further folders of trees that goals or parameters may name.", path=True
     )
-    always_reload_bt_xml: bool = param(
+    always_reload_bt_xml: bool = fixed(
         True,
         "Whether a tree is read again for each goal; else where another drove before.",
-        read_only=True,
         theirs=False,
     )
     error_code_names: tuple[str, ...] = param(
@@ -108,9 +99,9 @@ class BtNavigatorConfig(NavigatorConfig, PostureConfig):
     error_code_name_prefixes: tuple[str, ...] = param(
         (), "Further such entries, without their ending '_error_code', as Nav2 after Jazzy."
     )
-    goal_blackboard_id: str = param("goal", "Entry of the goal.", read_only=True)
-    goals_blackboard_id: str = param("goals", "Entry of the goals up to it.", read_only=True)
-    path_blackboard_id: str = param("path", "Entry of the path to it.", read_only=True)
+    goal_blackboard_id: str = fixed("goal", "Entry of the goal.")
+    goals_blackboard_id: str = fixed("goals", "Entry of the goals up to it.")
+    path_blackboard_id: str = fixed("path", "Entry of the path to it.")
     resume_file: str = param(
         "", "Keeps the goal under way, to resume it after a crash; empty: no.", path=True
     )

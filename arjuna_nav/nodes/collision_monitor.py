@@ -9,7 +9,7 @@ from geometry_msgs.msg import Twist, TwistStamped
 from nav2_msgs.msg import CollisionMonitorState
 from nav2_msgs.srv import Toggle
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.silence import Silence, SilenceWatch
@@ -26,14 +26,14 @@ _BLIND = "invalid source"
 class CollisionMonitorConfig(WatchConfig):
     """Parameters of the node `collision_monitor`, by Nav2's names."""
 
-    cmd_vel_in_topic: str = param("cmd_vel_smoothed", "Topic of the commands.", read_only=True)
-    cmd_vel_out_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
-    state_topic: str = param("", "Topic of what is done; empty: none.", read_only=True)
-    stop_pub_timeout: float = param(1.0, "How long zero is repeated.", unit="s", minimum=0.0)
+    cmd_vel_in_topic: str = fixed("cmd_vel_smoothed", "Topic of the commands.")
+    cmd_vel_out_topic: str = fixed("cmd_vel", "Topic of what to drive.")
+    state_topic: str = fixed("", "Topic of what is done; empty: none.")
+    stop_pub_timeout: float = duration_param(1.0, "How long zero is repeated.")
     enabled: bool = param(True, "Whether it looks at all; else commands pass.")
-    enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
-    use_realtime_priority: bool = param(
-        False, "Whether its process runs before all others of the machine.", read_only=True
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether both are TwistStamped.")
+    use_realtime_priority: bool = fixed(
+        False, "Whether its process runs before all others of the machine."
     )
 
 

@@ -13,7 +13,7 @@ from nav2_msgs.msg import SpeedLimit
 from nav_msgs.msg import Odometry, Path
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param, speed_param, yaw_rate_param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
@@ -41,33 +41,28 @@ class ControllerServerConfig(FollowerConfig):
     """Parameters of the node `controller_server`, by Nav2's names."""
 
     action_server_result_timeout: float = result_timeout(10.0)
-    costmap_update_timeout: float = param(0.3, "How old the costmap may be.", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param(
-        "cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.", read_only=True
+    costmap_update_timeout: float = duration_param(0.3, "How old the costmap may be.")
+    cmd_vel_topic: str = fixed("cmd_vel_nav", "Topic of what to drive; velocity_smoother listens.")
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether cmd_vel is TwistStamped.")
+    use_realtime_priority: bool = fixed(
+        False, "Whether its process runs before all others of the machine."
     )
-    enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
-    use_realtime_priority: bool = param(
-        False, "Whether its process runs before all others of the machine.", read_only=True
+    odom_topic: str = fixed("odom", "Topic of the odometry.")
+    odom_duration: float = duration_param(
+        0.0, "Time over which the mean of the odometry is taken; 0 for the newest."
     )
-    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    odom_duration: float = param(
-        0.0,
-        "Time over which the mean of the odometry is taken; 0 for the newest.",
-        unit="s",
-        minimum=0.0,
+    speed_limit_topic: str = fixed("speed_limit", "Topic of speed limits.")
+    min_x_velocity_threshold: float = speed_param(
+        0.0001, "Measured forward speed below which it counts as 0."
     )
-    speed_limit_topic: str = param("speed_limit", "Topic of speed limits.", read_only=True)
-    min_x_velocity_threshold: float = param(
-        0.0001, "Measured forward speed below which it counts as 0.", unit="m/s", minimum=0.0
+    min_y_velocity_threshold: float = speed_param(
+        0.0001, "Measured sideways speed below which it counts as 0."
     )
-    min_y_velocity_threshold: float = param(
-        0.0001, "Measured sideways speed below which it counts as 0.", unit="m/s", minimum=0.0
+    min_theta_velocity_threshold: float = yaw_rate_param(
+        0.0001, "Measured yaw rate below which it counts as 0."
     )
-    min_theta_velocity_threshold: float = param(
-        0.0001, "Measured yaw rate below which it counts as 0.", unit="rad/s", minimum=0.0
-    )
-    local_plan_time: float = param(
-        1.7, "How far ahead `local_plan` shows the motion, as Nav2's DWB.", unit="s", minimum=0.1
+    local_plan_time: float = duration_param(
+        1.7, "How far ahead `local_plan` shows the motion, as Nav2's DWB.", minimum=0.1
     )
     publish_zero_velocity: bool = param(
         True, "Whether zero is commanded once a path is done with; on a cancel it always is."

@@ -12,7 +12,7 @@ from nav2_msgs.action import NavigateToPose
 from std_msgs.msg import Bool, ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
-from arjuna_core.config import load, param
+from arjuna_core.config import duration_param, fixed, length_param, load, param
 from arjuna_core.grid import replace_cells
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped
@@ -26,27 +26,24 @@ from arjuna_nav.nodes.explorer import ExplorerNode
 class ExploreLiteConfig:
     """Parameters of `explore_node`."""
 
-    robot_base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    costmap_topic: str = param("costmap", "Topic of the map, or of a costmap.", read_only=True)
-    costmap_updates_topic: str = param("costmap_updates", "Topic of its changes.", read_only=True)
-    visualize: bool = param(False, "Whether frontiers are published as markers.", read_only=True)
-    planner_frequency: float = param(
-        1.0, "Rate of looks at the map.", unit="Hz", minimum=0.01, maximum=10.0, read_only=True
+    robot_base_frame: str = fixed("base_link", "Frame of the robot.")
+    costmap_topic: str = fixed("costmap", "Topic of the map, or of a costmap.")
+    costmap_updates_topic: str = fixed("costmap_updates", "Topic of its changes.")
+    visualize: bool = fixed(False, "Whether frontiers are published as markers.")
+    planner_frequency: float = fixed(
+        1.0, "Rate of looks at the map.", unit="Hz", minimum=0.01, maximum=10.0
     )
-    progress_timeout: float = param(
-        30.0, "Time without progress after which a goal is given up.", unit="s", minimum=0.0
+    progress_timeout: float = duration_param(
+        30.0, "Time without progress after which a goal is given up."
     )
     potential_scale: float = param(1e-3, "Cost of a metre of path.", minimum=1e-9)
     orientation_scale: float = param(0.0, "Has no effect, there as here.")
     gain_scale: float = param(1.0, "Gain of a metre of frontier.", minimum=0.0)
     transform_tolerance: float = param(0.3, "Has no effect: the newest is taken.", unit="s")
-    min_frontier_size: float = param(0.5, "Shortest frontier of interest.", unit="m", minimum=0.0)
+    min_frontier_size: float = length_param(0.5, "Shortest frontier of interest.")
     return_to_init: bool = param(False, "Whether the robot drives back where it began.")
-    robot_radius: float = param(
-        0.25,
-        "Distance to obstacles at which goals are; explore_lite has none.",
-        unit="m",
-        minimum=0.01,
+    robot_radius: float = length_param(
+        0.25, "Distance to obstacles at which goals are; explore_lite has none.", minimum=0.01
     )
 
     map_frame = "map"

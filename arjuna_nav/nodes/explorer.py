@@ -11,7 +11,7 @@ from nav2_msgs.action import NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import String
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, pose_stamped
@@ -27,10 +27,10 @@ from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_
 class ExplorerConfig:
     """Parameters of the node `explorer`."""
 
-    period: float = param(1.0, "Time between two looks at the map.", unit="s", minimum=0.1)
-    patience: float = param(3.0, "How long no goal must be left to be done.", unit="s", minimum=0.0)
-    map_frame: str = param("map", "Frame of the map.", read_only=True)
-    robot_base_frame: str = param("base_footprint", "Frame of the robot.", read_only=True)
+    period: float = duration_param(1.0, "Time between two looks at the map.", minimum=0.1)
+    patience: float = duration_param(3.0, "How long no goal must be left to be done.")
+    map_frame: str = fixed("map", "Frame of the map.")
+    robot_base_frame: str = fixed("base_footprint", "Frame of the robot.")
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
     costmap: CostmapConfig = field(default_factory=CostmapConfig)
 

@@ -13,7 +13,7 @@ from irobot_create_msgs.msg import DockStatus
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, length_param, param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose_stamped, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalError, GoalNode
@@ -31,25 +31,19 @@ from arjuna_nav.nodes.frames import pose_in, robot_pose
 class MotionControlConfig(TrackerConfig):
     """Parameters of motion_control."""
 
-    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    odom_frame: str = param("odom", "Frame to move in.", read_only=True)
-    base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    transform_tolerance: float = param(
-        0.5, "How old the robot's pose may be.", unit="s", minimum=0.0
+    odom_topic: str = fixed("odom", "Topic of the odometry.")
+    odom_frame: str = fixed("odom", "Frame to move in.")
+    base_frame: str = fixed("base_link", "Frame of the robot.")
+    transform_tolerance: float = duration_param(0.5, "How old the robot's pose may be.")
+    control_frequency: float = fixed(40.0, "Commands a second.", unit="Hz", minimum=1.0)
+    starts_docked: bool = fixed(
+        True, "Whether the robot stands on its dock at first; else it has none."
     )
-    control_frequency: float = param(
-        40.0, "Commands a second.", unit="Hz", minimum=1.0, read_only=True
-    )
-    starts_docked: bool = param(
-        True, "Whether the robot stands on its dock at first; else it has none.", read_only=True
-    )
-    dock_visible_distance: float = param(
-        1.5, "How far away the dock is seen.", unit="m", minimum=0.0
-    )
+    dock_visible_distance: float = length_param(1.5, "How far away the dock is seen.")
     safety_override: str = param(
         "none", "Has no effect: nothing is looked out for.", choices=("none", "backup_only", "full")
     )
-    undock_distance: float = param(0.4, "How far it drives off the dock.", unit="m", minimum=0.05)
+    undock_distance: float = length_param(0.4, "How far it drives off the dock.", minimum=0.05)
 
 
 class _Motion(NamedTuple):

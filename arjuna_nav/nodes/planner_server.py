@@ -16,7 +16,7 @@ from nav_msgs.msg import Path
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, param, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import duration_msg, path_msg, pose_msg, poses_from_path
 from arjuna_core.ros.goal_server import GoalError, GoalNode, GoalServer, chosen, result_timeout
@@ -48,16 +48,12 @@ class PlannerServerConfig:
         unit="Hz",
     )
     action_server_result_timeout: float = result_timeout(10.0)
-    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
+    costmap_update_timeout: float = duration_param(1.0, "How old the costmap may be.")
     min_turning_radius: float = min_turning_radius(
         " (planners keep to one of their own: where that is less, it is logged)"
     )
-    retry_period: float = param(
-        0.1,
-        "Time between two looks for a current costmap.",
-        unit="s",
-        minimum=0.001,
-        read_only=True,
+    retry_period: float = duration_param(
+        0.1, "Time between two looks for a current costmap.", minimum=0.001, read_only=True
     )
 
 

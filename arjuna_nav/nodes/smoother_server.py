@@ -9,7 +9,7 @@ from nav2_msgs.action import SmoothPath
 from nav_msgs.msg import Path
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, fixed, plugin_names
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import path_msg
 from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
@@ -30,14 +30,14 @@ class SmootherServerConfig:
         ("simple_smoother",), "The smoothers.", SMOOTHERS
     )
     action_server_result_timeout: float = result_timeout(10.0)
-    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    costmap_topic: str = param("global_costmap/costmap_raw", "Costs to keep off.", read_only=True)
-    footprint_topic: str = param(
-        "global_costmap/published_footprint", "Outline that may not collide.", read_only=True
+    costmap_update_timeout: float = duration_param(1.0, "How old the costmap may be.")
+    costmap_topic: str = fixed("global_costmap/costmap_raw", "Costs to keep off.")
+    footprint_topic: str = fixed(
+        "global_costmap/published_footprint", "Outline that may not collide."
     )
-    robot_base_frame: str = param("base_link", "Frame of the outline.", read_only=True)
-    transform_tolerance: float = param(
-        0.1, "How old the transforms to costs and outline may be.", unit="s", minimum=0.0
+    robot_base_frame: str = fixed("base_link", "Frame of the outline.")
+    transform_tolerance: float = duration_param(
+        0.1, "How old the transforms to costs and outline may be."
     )
 
 

@@ -7,7 +7,7 @@ from typing import Any
 
 from nav_msgs.msg import Odometry
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
@@ -20,18 +20,16 @@ from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoothe
 class VelocitySmootherConfig(SmoothingConfig):
     """Parameters of `velocity_smoother`, by Nav2's names; the topics are its remappings."""
 
-    cmd_vel_in_topic: str = param("cmd_vel_nav", "Topic of the commands.", read_only=True)
-    cmd_vel_out_topic: str = param("cmd_vel_smoothed", "Topic of what to drive.", read_only=True)
-    odom_topic: str = param("odom", "Topic of the odometry.", read_only=True)
-    odom_duration: float = param(
-        0.1, "Time over which the measured velocity is a mean.", unit="s", minimum=0.0
-    )
+    cmd_vel_in_topic: str = fixed("cmd_vel_nav", "Topic of the commands.")
+    cmd_vel_out_topic: str = fixed("cmd_vel_smoothed", "Topic of what to drive.")
+    odom_topic: str = fixed("odom", "Topic of the odometry.")
+    odom_duration: float = duration_param(0.1, "Time over which the measured velocity is a mean.")
     stamp_smoothed_velocity_with_smoothing_time: bool = param(
         False, "Whether a TwistStamped has the time of smoothing, not the last command's."
     )
-    enable_stamped_cmd_vel: bool = param(False, "Whether both are TwistStamped.", read_only=True)
-    use_realtime_priority: bool = param(
-        False, "Whether its process runs before all others of the machine.", read_only=True
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether both are TwistStamped.")
+    use_realtime_priority: bool = fixed(
+        False, "Whether its process runs before all others of the machine."
     )
 
 

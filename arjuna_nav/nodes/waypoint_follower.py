@@ -9,7 +9,7 @@ from typing import Any
 from nav2_msgs.action import FollowGPSWaypoints, FollowWaypoints, NavigateToPose
 from nav2_msgs.msg import MissedWaypoint
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import fixed, param, plugin_names
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalError, GoalServer, result_timeout
@@ -28,13 +28,13 @@ _ACTIONS = {"follow_waypoints": FollowWaypoints, _GPS: FollowGPSWaypoints}
 class WaypointFollowerConfig:
     """Parameters of the node `waypoint_follower`, by Nav2's names."""
 
-    loop_rate: int = param(20, "Feedbacks a second.", unit="Hz", minimum=1, read_only=True)
+    loop_rate: int = fixed(20, "Feedbacks a second.", unit="Hz", minimum=1)
     action_server_result_timeout: float = result_timeout(900.0)
     stop_on_failure: bool = param(True, "Whether a waypoint that is not reached ends it all.")
     waypoint_task_executor_plugin: str = plugin_names(
         "wait_at_waypoint", "Name of the task at each waypoint.", TASKS
     )
-    global_frame_id: str = param("map", "Frame of GPS waypoints' poses.", read_only=True)
+    global_frame_id: str = fixed("map", "Frame of GPS waypoints' poses.")
     gps: GpsConfig = field(default_factory=GpsConfig)
     resume_file: str = param(
         "", "Keeps the list under way, to resume it after a crash; empty: no.", path=True

@@ -12,7 +12,7 @@ from typing import Protocol
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.errors import ArjunaError
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import SE2
@@ -73,16 +73,10 @@ class PlanResult:
 class GridPlannerConfig:
     """Parameters that planners on a grid have in common."""
 
-    tolerance: float = param(
-        0.5, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
-    )
+    tolerance: float = length_param(0.5, "How far from a blocked goal the path may end.")
     allow_unknown: bool = param(True, "Whether paths may cross unknown space.")
-    escape_radius: float = param(
-        3.0,
-        "How far a start too near to an obstacle is led out of it.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
+    escape_radius: float = length_param(
+        3.0, "How far a start too near to an obstacle is led out of it.", theirs=0.0
     )
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN, Costmap
 
 
@@ -20,7 +20,7 @@ class SmootherConfig:
     max_iterations: int = param(1000, "Most iterations.", minimum=1)
     w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0)
     w_data: float = param(0.2, "Weight of the path found.", minimum=0.0)
-    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    tolerance: float = length_param(1e-10, "Change at which it has converged.")
     do_refinement: bool = param(True, "Whether to smooth the smoothed path again.")
     refinement_num: int = param(2, "How many times again.", minimum=0)
 

@@ -12,7 +12,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bools, Bytes, Floats, Singles
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -32,15 +32,10 @@ _SCALE = np.float32(NEUTRAL)  # of a free cell's cost in a corridor's estimate
 class Smac2DConfig(DownsamplingConfig, SmacConfig):
     """Parameters of Smac 2D, by Nav2's names."""
 
-    tolerance: float = param(
-        0.125, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
-    )
+    tolerance: float = length_param(0.125, "How far from a blocked goal the path may end.")
     cost_travel_multiplier: float = param(1.0, "Weight of the costs crossed.", minimum=0.0)
-    max_planning_time: float = param(
-        2.0,
-        "After which a plan ends with TIMEOUT. In lock-step plans take no time.",
-        unit="s",
-        minimum=0.0,
+    max_planning_time: float = duration_param(
+        2.0, "After which a plan ends with TIMEOUT. In lock-step plans take no time."
     )
     use_final_approach_orientation: bool = param(
         False, "Whether the path ends in its own direction, not the goal's."

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
@@ -24,26 +24,24 @@ _VELOCITY_PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 class ApproachConfig:
     """Limits of a zone that approaches; from `leave_obstacles` on not Nav2's."""
 
-    time_before_collision: float = param(2.0, "Time kept.", unit="s", minimum=0.01)
-    simulation_time_step: float = param(0.1, "Step of looking ahead.", unit="s", minimum=0.001)
+    time_before_collision: float = duration_param(2.0, "Time kept.", minimum=0.01)
+    simulation_time_step: float = duration_param(0.1, "Step of looking ahead.", minimum=0.001)
     leave_obstacles: bool = param(
         False,
         "Whether a robot that touches something may move away; as Nav2 does, it is held there.",
         theirs=False,
     )
-    moving_time: float = param(
+    moving_time: float = duration_param(
         0.0,
         "How far ahead the paths of what moves are predicted; 0 takes all for standing, as Nav2.",
-        unit="s",
-        minimum=0.0,
         theirs=0.0,
     )
     deceleration: float = param(
         2.5, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01
     )
     angular_deceleration: float = param(3.2, "The same of its turns.", unit="rad/s^2", minimum=0.01)
-    moving_clearance: float = param(0.1, "Distance kept from what moves.", unit="m", minimum=0.0)
-    reaction_time: float = param(0.1, "From a scan to the wheels.", unit="s", minimum=0.0)
+    moving_clearance: float = length_param(0.1, "Distance kept from what moves.")
+    reaction_time: float = duration_param(0.1, "From a scan to the wheels.")
 
 
 class Approach:

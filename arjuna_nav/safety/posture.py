@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, fixed
 
 _MEAN = 1.0  # time over which forces are averaged, and after which a silent IMU counts no more [s]
 _GRAVITY = 9.81
@@ -19,16 +19,12 @@ _FELT = 0.5  # of gravity: an IMU that reports less has taken gravity off
 class PostureConfig:
     """Parameters by which an overturned robot is noticed."""
 
-    imu_topic: str = param(
-        "imu/data",
-        "Topic of the IMU by which an overturned robot is noticed; empty: none.",
-        read_only=True,
+    imu_topic: str = fixed(
+        "imu/data", "Topic of the IMU by which an overturned robot is noticed; empty: none."
     )
-    overturned_tilt: float = param(
+    overturned_tilt: float = angle_param(
         1.0,
         "Tilt from which the robot has overturned, and goals end; 0: never, as Nav2.",
-        unit="rad",
-        minimum=0.0,
         maximum=math.pi,
         theirs=0.0,
     )

@@ -6,7 +6,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.motion import min_turning_radius, steered
@@ -20,8 +20,8 @@ class SmoothingConfig:
         ConfigError: A list is not of three, or a limit has the wrong sign.
     """
 
-    smoothing_frequency: float = param(
-        20.0, "Commands a second where none come.", unit="Hz", minimum=0.1, read_only=True
+    smoothing_frequency: float = fixed(
+        20.0, "Commands a second where none come.", unit="Hz", minimum=0.1
     )
     scale_velocities: bool = param(False, "Whether to keep the arc where one axis is limited.")
     feedback: str = param(
@@ -42,7 +42,7 @@ class SmoothingConfig:
     deadband_velocity: tuple[float, ...] = param(
         (0.0, 0.0, 0.0), "Speeds below which the robot stands.", unit="m/s, rad/s"
     )
-    velocity_timeout: float = param(1.0, "How long a command holds.", unit="s", minimum=0.0)
+    velocity_timeout: float = duration_param(1.0, "How long a command holds.")
     smooth_at_once: bool = param(
         True,
         "Whether a command is smoothed as it comes; else, as Nav2, at smoothing_frequency alone.",

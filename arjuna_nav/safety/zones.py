@@ -8,7 +8,15 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, ClassVar
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import (
+    fixed,
+    length_param,
+    param,
+    plugin_names,
+    share_param,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import NamedConfigs, PluginTypes
 from arjuna_core.twist import Velocity
@@ -47,20 +55,18 @@ class ZoneConfig(ApproachConfig):
     max_points: int = param(
         -1, "Points within that do not yet make it count; below 0: by min_points.", minimum=-1
     )
-    slowdown_ratio: float = param(0.5, "Part of the speed left.", minimum=0.0, maximum=1.0)
-    linear_limit: float = param(0.5, "Greatest speed.", unit="m/s", minimum=0.0)
-    angular_limit: float = param(0.5, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    slowdown_ratio: float = share_param(0.5, "Part of the speed left.")
+    linear_limit: float = speed_param(0.5, "Greatest speed.")
+    angular_limit: float = yaw_rate_param(0.5, "Greatest yaw rate.")
     sources_names: tuple[str, ...] = param(
         (), "The sources that count; none: all of observation_sources."
     )
-    visualize: bool = param(False, "Whether to publish its outline.", read_only=True)
-    polygon_pub_topic: str = param("", "Topic of its outline; empty: its name.", read_only=True)
-    polygon_sub_topic: str = param(
-        "", "Topic that its shape comes from, where no parameter says it.", read_only=True
+    visualize: bool = fixed(False, "Whether to publish its outline.")
+    polygon_pub_topic: str = fixed("", "Topic of its outline; empty: its name.")
+    polygon_sub_topic: str = fixed(
+        "", "Topic that its shape comes from, where no parameter says it."
     )
-    polygon_subscribe_transient_local: bool = param(
-        False, "Whether that topic is latched.", read_only=True
-    )
+    polygon_subscribe_transient_local: bool = fixed(False, "Whether that topic is latched.")
 
     @property
     def least(self) -> int:
@@ -77,11 +83,10 @@ class PolygonConfig(ZoneConfig):
     """A polygon, or the robot's outline."""
 
     points: str = param("", "Corners '[[x, y], [x, y], [x, y], ...]'.", unit="m")
-    footprint_topic: str = param(
+    footprint_topic: str = fixed(
         "local_costmap/published_footprint",
         "Where a zone that approaches and has no points gets the robot's outline; empty: from the "
         "local costmap, its body or its footprint without padding.",
-        read_only=True,
     )
 
     def problem(self) -> str:
@@ -104,9 +109,7 @@ class PolygonConfig(ZoneConfig):
 class CircleConfig(ZoneConfig):
     """A circle."""
 
-    radius: float = param(
-        0.0, "Its radius; 0: polygon_sub_topic, a Float32, says it.", unit="m", minimum=0.0
-    )
+    radius: float = length_param(0.0, "Its radius; 0: polygon_sub_topic, a Float32, says it.")
 
     def problem(self) -> str:
         """Return what its values lack; empty where nothing."""

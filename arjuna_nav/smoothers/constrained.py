@@ -10,7 +10,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, solveh_banded
 
 from arjuna_core.arrays import Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.errors import ConfigError
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners.relaxation import touches
@@ -37,17 +37,13 @@ class ConstrainedSmootherConfig:
         ConfigError: The cost check points are no triples.
     """
 
-    minimum_turning_radius: float = param(
-        0.4, "Tightest bend that is free; 0 for any.", unit="m", minimum=0.0
-    )
+    minimum_turning_radius: float = length_param(0.4, "Tightest bend that is free; 0 for any.")
     w_curve: float = param(30.0, "Weight of tighter bends.", minimum=0.0, maximum=1e12)
     w_cost: float = param(0.015, "Weight of the costmap's costs.", minimum=0.0, maximum=1e12)
     w_cost_cusp_multiplier: float = param(
         3.0, "By how much these weigh more where the direction changes.", minimum=0.0
     )
-    cusp_zone_length: float = param(
-        2.5, "Length about such a cusp in which they do.", unit="m", minimum=0.0
-    )
+    cusp_zone_length: float = length_param(2.5, "Length about such a cusp in which they do.")
     w_dist: float = param(0.0, "Weight of the given path.", minimum=0.0, maximum=1e12)
     w_smooth: float = param(2e6, "Weight of smoothness.", minimum=0.0, maximum=1e12)
     cost_check_points: tuple[float, ...] = param(

@@ -12,7 +12,7 @@ from typing import Any, ClassVar, Protocol
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.se2 import wrap
@@ -125,7 +125,7 @@ _BY_PARTS = param(
 class SimpleSmootherConfig:
     """Parameters of the simple smoother, by Nav2's names."""
 
-    tolerance: float = param(1e-10, "Change at which it has converged.", unit="m", minimum=0.0)
+    tolerance: float = length_param(1e-10, "Change at which it has converged.")
     max_its: int = param(1000, "Most iterations.", minimum=1, maximum=100_000)
     w_data: float = param(0.2, "Weight of the given path.", minimum=0.0)
     w_smooth: float = param(0.3, "Weight of smoothness.", minimum=0.0)

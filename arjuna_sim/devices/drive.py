@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param, speed_param, yaw_rate_param
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
 
@@ -19,17 +19,11 @@ _NONE = np.zeros(0)
 class DriveConfig:
     """Limits of the base instead of those of the robot's file, and what calibration found."""
 
-    max_linear_velocity: float | None = param(
-        None,
-        "Greatest speed; none takes what the robot's file says, if anything.",
-        unit="m/s",
-        minimum=0.0,
+    max_linear_velocity: float | None = speed_param(
+        None, "Greatest speed; none takes what the robot's file says, if anything."
     )
-    max_angular_velocity: float | None = param(
-        None,
-        "Greatest turn rate; none takes what the robot's file says, if anything.",
-        unit="rad/s",
-        minimum=0.0,
+    max_angular_velocity: float | None = yaw_rate_param(
+        None, "Greatest turn rate; none takes what the robot's file says, if anything."
     )
     max_linear_acceleration: float | None = param(
         None,
@@ -43,34 +37,25 @@ class DriveConfig:
         unit="rad/s^2",
         minimum=0.01,
     )
-    command_timeout: float | None = param(
+    command_timeout: float | None = duration_param(
         None,
         "A command holds so long at least, and for one and a half periods of whoever sends them;"
         " 0 holds for ever; none takes the cmd_vel_timeout of the robot's controllers, which holds"
         " for just that, else 0.5 s.",
-        unit="s",
-        minimum=0.0,
     )
-    command_timeout_max: float = param(
+    command_timeout_max: float = duration_param(
         3.0,
         "A slow sender's command ends at the latest after so long, if command_timeout is less.",
-        unit="s",
         minimum=0.02,
     )
-    effective_track_width: float = param(
+    effective_track_width: float = length_param(
         0.0,
         "Track of the ideal two-wheeled robot that turns like this one as its wheels slip;"
         " 0 takes the URDF's, else its wheel separation.",
-        unit="m",
-        minimum=0.0,
         read_only=True,
     )
-    effective_wheel_radius: float = param(
-        0.0,
-        "Radius that makes wheel turns into distance; 0 takes the URDF's.",
-        unit="m",
-        minimum=0.0,
-        read_only=True,
+    effective_wheel_radius: float = length_param(
+        0.0, "Radius that makes wheel turns into distance; 0 takes the URDF's.", read_only=True
     )
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, param, yaw_rate_param
 from arjuna_core.se2 import SE2
 from arjuna_sim.devices.odometry import OdometryEstimate
 
@@ -43,11 +43,8 @@ class FusedOdometryConfig:
         unit="m/s, rad/s",
         minimum=1e-5,
     )
-    gyro_noise: float = param(
-        0.002,
-        "Standard deviation of the gyro where its message has none.",
-        unit="rad/s",
-        minimum=1e-6,
+    gyro_noise: float = yaw_rate_param(
+        0.002, "Standard deviation of the gyro where its message has none.", minimum=1e-6
     )
     rest_speed: float = param(
         1e-3,
@@ -56,23 +53,18 @@ class FusedOdometryConfig:
         minimum=0.0,
         maximum=0.1,
     )
-    sliding_rate: float = param(
+    sliding_rate: float = yaw_rate_param(
         0.05,
         "Turn rate of the gyro above which a robot whose wheels rest is being moved.",
-        unit="rad/s",
-        minimum=0.0,
         maximum=10.0,
     )
-    rest_time: float = param(
+    rest_time: float = duration_param(
         0.5,
         "The robot is at rest once the wheels have stood so long and the gyro only had noise.",
-        unit="s",
         minimum=0.1,
         maximum=10.0,
     )
-    bias_noise: float = param(
-        0.01, "Standard deviation of the gyro's bias at the start.", unit="rad/s", minimum=0.0
-    )
+    bias_noise: float = yaw_rate_param(0.01, "Standard deviation of the gyro's bias at the start.")
     bias_walk: float = param(1e-5, "Growth of the gyro's bias.", unit="rad/s/sqrt(s)", minimum=0.0)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_sim.devices.drive import Base
 
@@ -23,8 +23,8 @@ _wrap = njit(cache=True)(wrap)
 class OdometryConfig:
     """Encoders, and how far dead reckoning is trusted."""
 
-    ticks_per_revolution: int = param(
-        4096, "Encoder ticks of one wheel turn.", minimum=1, maximum=10_000_000, read_only=True
+    ticks_per_revolution: int = fixed(
+        4096, "Encoder ticks of one wheel turn.", minimum=1, maximum=10_000_000
     )
     encoder_noise: float = param(
         0.0, "Standard deviation of an encoder's reading.", unit="ticks", minimum=0.0

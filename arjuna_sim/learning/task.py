@@ -14,7 +14,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Bools, Floats, Singles
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, length_param, param, speed_param, yaw_rate_param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.model.geometry.walls import enclosure_of
 
@@ -23,35 +23,33 @@ from arjuna_sim.model.geometry.walls import enclosure_of
 class TaskConfig:
     """Parameters of the task."""
 
-    step: float = param(0.1, "Time that one action holds.", unit="s", minimum=0.001, maximum=2.0)
-    time_limit: float = param(60.0, "Length of an episode.", unit="s", minimum=0.1)
-    max_speed: float = param(
-        0.5, "Greatest speed of an action, if the robot can.", unit="m/s", minimum=0.01
+    step: float = duration_param(0.1, "Time that one action holds.", minimum=0.001, maximum=2.0)
+    time_limit: float = duration_param(60.0, "Length of an episode.", minimum=0.1)
+    max_speed: float = speed_param(
+        0.5, "Greatest speed of an action, if the robot can.", minimum=0.01
     )
-    max_reverse: float = param(
-        0.0, "Greatest speed of an action backwards, if the robot can.", unit="m/s", minimum=0.0
+    max_reverse: float = speed_param(
+        0.0, "Greatest speed of an action backwards, if the robot can."
     )
-    max_turn: float = param(
-        1.5, "Greatest turn rate of an action, if the robot can.", unit="rad/s", minimum=0.01
+    max_turn: float = yaw_rate_param(
+        1.5, "Greatest turn rate of an action, if the robot can.", minimum=0.01
     )
     sectors: int = param(36, "Values of the scan, each of a sector.", minimum=4, maximum=3600)
-    scan_reach: float = param(
-        2.0, "How far the scan reaches from the robot's middle.", unit="m", minimum=0.1
+    scan_reach: float = length_param(
+        2.0, "How far the scan reaches from the robot's middle.", minimum=0.1
     )
-    goal_reach: float = param(
-        3.0, "A goal farther away is seen at this distance.", unit="m", minimum=0.1
+    goal_reach: float = length_param(
+        3.0, "A goal farther away is seen at this distance.", minimum=0.1
     )
-    goal_tolerance: float = param(
-        0.25, "Distance from the goal at which it is reached.", unit="m", minimum=0.01
+    goal_tolerance: float = length_param(
+        0.25, "Distance from the goal at which it is reached.", minimum=0.01
     )
-    shortest: float = param(1.0, "Least distance from start to goal.", unit="m", minimum=0.0)
-    longest: float = param(10.0, "Greatest distance from start to goal.", unit="m", minimum=0.1)
-    clearance: float = param(
-        0.2, "Room around the robot at starts and goals, at any heading.", unit="m", minimum=0.0
+    shortest: float = length_param(1.0, "Least distance from start to goal.")
+    longest: float = length_param(10.0, "Greatest distance from start to goal.", minimum=0.1)
+    clearance: float = length_param(
+        0.2, "Room around the robot at starts and goals, at any heading."
     )
-    margin: float = param(
-        0.15, "Room around the robot, within which nearness costs.", unit="m", minimum=0.0
-    )
+    margin: float = length_param(0.15, "Room around the robot, within which nearness costs.")
     progress_reward: float = param(1.0, "Reward of a metre towards the goal.")
     reached_reward: float = param(10.0, "Reward of the goal.")
     touch_reward: float = param(-10.0, "Reward of touching something.")

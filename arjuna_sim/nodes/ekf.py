@@ -9,7 +9,7 @@ from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
@@ -27,19 +27,13 @@ _Vector = tuple[float, float, float]
 class EkfConfig(FusedOdometryConfig):
     """Parameters of the node `ekf_filter_node`, over those of the filter."""
 
-    odom0: str = param(WHEEL_ODOMETRY, "Topic of the wheels' odometry.", read_only=True)
-    imu0: str = param(
-        "imu/data",
-        "Topic of the IMU; of one without an orientation /tf gives its mounting.",
-        read_only=True,
+    odom0: str = fixed(WHEEL_ODOMETRY, "Topic of the wheels' odometry.")
+    imu0: str = fixed(
+        "imu/data", "Topic of the IMU; of one without an orientation /tf gives its mounting."
     )
-    odom_topic: str = param("odom", "Topic of the fused odometry.", read_only=True)
-    sensor_timeout: float = param(
-        0.5,
-        "Wheels that say nothing for so long end the odometry.",
-        unit="s",
-        minimum=0.02,
-        maximum=60.0,
+    odom_topic: str = fixed("odom", "Topic of the fused odometry.")
+    sensor_timeout: float = duration_param(
+        0.5, "Wheels that say nothing for so long end the odometry.", minimum=0.02, maximum=60.0
     )
     publish_tf: bool = param(True, "Whether the transform of odometry is published.")
 

@@ -11,7 +11,7 @@ from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.errors import ConfigError, RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
@@ -33,8 +33,8 @@ class RobotStatePublisherConfig:
     robot: str = param(
         "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", path=True
     )
-    robot_arguments: str = param(
-        "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
+    robot_arguments: str = fixed(
+        "", "Arguments of the robot's xacro file, each name:=value, as in a shell."
     )
     robot_description: str = param(
         "", "The text of a URDF, in place of a file; a new one is published at once."

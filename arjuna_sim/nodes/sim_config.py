@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 from dataclasses import dataclass, field
 
-from arjuna_core.config import SEED_MAX, param
+from arjuna_core.config import SEED_MAX, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.config import SimulatorConfig
 
@@ -16,9 +16,9 @@ NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 class InitialPose:
     """The start of the robot in the world."""
 
-    x: float = param(0.0, "Place.", unit="m", read_only=True)
-    y: float = param(0.0, "Place.", unit="m", read_only=True)
-    yaw: float = param(0.0, "Heading.", unit="rad", read_only=True)
+    x: float = fixed(0.0, "Place.", unit="m")
+    y: float = fixed(0.0, "Place.", unit="m")
+    yaw: float = fixed(0.0, "Heading.", unit="rad")
 
 
 @dataclass(frozen=True)
@@ -28,27 +28,25 @@ class SimConfig(SimulatorConfig):
     robot: str = param(
         "", "The robot's URDF, xacro or SDF file; empty takes the shipped one.", path=True
     )
-    robot_arguments: str = param(
-        "", "Arguments of the robot's xacro file, each name:=value, as in a shell.", read_only=True
+    robot_arguments: str = fixed(
+        "", "Arguments of the robot's xacro file, each name:=value, as in a shell."
     )
     world: str = param(
         "", "The world's SDF file or map YAML; empty takes the shipped room.", path=True
     )
-    seed: int = param(0, "Seed of all noise.", minimum=0, maximum=SEED_MAX, read_only=True)
+    seed: int = fixed(0, "Seed of all noise.", minimum=0, maximum=SEED_MAX)
     real_time_factor: float = param(
         1.0, "Simulated per real time; 0 is as fast as it goes.", minimum=0.0, maximum=1000.0
     )
-    enable_stamped_cmd_vel: bool = param(
+    enable_stamped_cmd_vel: bool = fixed(
         False,
         "Whether cmd_vel is TwistStamped instead of Twist; that of the two which alone is published"
         " is taken, whatever this says.",
-        read_only=True,
     )
-    publish_ground_truth: bool = param(
+    publish_ground_truth: bool = fixed(
         True,
         "Whether ground_truth/odom is published, and the static transform world -> map: maps have"
         " the world's coordinates, those of slam_toolbox if the robot starts at the origin.",
-        read_only=True,
     )
     resource_folder: str = param(
         ".",
@@ -56,66 +54,58 @@ class SimConfig(SimulatorConfig):
         " and robots, packages and models; the working folder if '.'.",
         path=True,
     )
-    standard_topics: bool = param(
+    standard_topics: bool = fixed(
         False,
         "Whether commands, odometry and sensors have the standard topics (cmd_vel, odom, scan,"
         " imu/data, camera/image_raw) and odom its transform, whatever the robot's file says.",
-        read_only=True,
     )
-    fused_odometry: bool = param(
+    fused_odometry: bool = fixed(
         False,
         "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"
         " wheel_odom then, without a transform. Not where the robot's file asks for the world's,"
         " nor where it steers or moves to the side.",
-        read_only=True,
     )
-    frames_of_file: bool = param(
+    frames_of_file: bool = fixed(
         False,
         "Whether sensors have the frames that the robot's file names, as in Gazebo, rather than"
         " ones where they are: for a robot_state_publisher of yours, which knows no others.",
-        read_only=True,
     )
-    transform_rate: float = param(
+    transform_rate: float = fixed(
         10.0,
         "Least rate of the transform from odom, and of wheels whose odometry is fused, also where"
         " the robot's file publishes less often: navigation takes nothing older than some tenths"
         " of a second.",
         unit="Hz",
         minimum=0.0,
-        read_only=True,
     )
-    cloud_rate: float = param(
+    cloud_rate: float = fixed(
         0.0,
         "Most clouds a second of each depth camera, while nobody looks at its pictures; 0 for as"
         " many as its file says. Each takes some 20 ms without a GPU.",
         unit="Hz",
         minimum=0.0,
-        read_only=True,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)
-    viewer: bool = param(
+    viewer: bool = fixed(
         False,
         "Whether MuJoCo's own viewer shows the world, in real time and where there is a screen.",
-        read_only=True,
     )
     resume_file: str = param(
         "", "Keeps time and poses, to go on there after a crash; empty: no.", path=True
     )
-    namespaces: tuple[str, ...] = param(
+    namespaces: tuple[str, ...] = fixed(
         (),
         "Namespaces of several robots, each with nodes, topics, /tf and /clock of its own below"
         " it; empty for one robot, in the simulator's own.",
-        read_only=True,
     )
     robots: tuple[str, ...] = param(
         (), "Their files, one for each namespace; empty takes 'robot' for all.", path=True
     )
-    starts: tuple[float, ...] = param(
+    starts: tuple[float, ...] = fixed(
         (),
         "Where they start, x, y and yaw of one after the other; empty takes 'initial_pose' for the"
         " first and what is free beside it for the others.",
         unit="m, m, rad",
-        read_only=True,
     )
 
     def __post_init__(self) -> None:

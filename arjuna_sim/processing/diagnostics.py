@@ -10,7 +10,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, is_dataclass
 from typing import Any
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.param import key_of
 
 OK, WARN, ERROR, STALE = range(4)
@@ -41,15 +41,15 @@ class Status:
 
 
 def _names(what: str) -> Any:
-    return param((), f"{what} of the statuses that it takes.", read_only=True)
+    return fixed((), f"{what} of the statuses that it takes.")
 
 
 @dataclass(frozen=True)
 class AnalyzerConfig:
     """Parameters of an analyzer; those of a group's stand below it, or below `analyzers` there."""
 
-    type: str = param(GENERIC, "Its class.", choices=KINDS, read_only=True)
-    path: str = param("", "Its name in the tree; empty for its parameters'.", read_only=True)
+    type: str = fixed(GENERIC, "Its class.", choices=KINDS)
+    path: str = fixed("", "Its name in the tree; empty for its parameters'.")
     startswith: tuple[str, ...] = _names("Beginnings of the names")
     contains: tuple[str, ...] = _names("Parts of the names")
     name: tuple[str, ...] = _names("Names")
@@ -61,7 +61,7 @@ class AnalyzerConfig:
         5.0, "Age at which a status is stale; negative for none.", unit="s", minimum=-1e9
     )
     num_items: int = param(-1, "How many statuses there must be; -1 for any.", minimum=-1)
-    discard_stale: bool = param(False, "Whether stale ones are removed.", read_only=True)
+    discard_stale: bool = fixed(False, "Whether stale ones are removed.")
 
 
 class Analyzer:

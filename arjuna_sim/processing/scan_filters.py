@@ -14,7 +14,7 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_core.config import param
+from arjuna_core.config import fixed, length_param, param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.processing.sweep import ArrayFilter, Mounted, ScanFilter, Sweep
 
@@ -78,7 +78,7 @@ class AngularGap:
 class Box:
     """Removes points in a box."""
 
-    box_frame: str = param("base_link", "Frame of the box.", read_only=True)
+    box_frame: str = fixed("base_link", "Frame of the box.")
     min_x: float = param(0.0, "Its least x.", unit="m")
     max_x: float = param(0.0, "Its greatest x.", unit="m")
     min_y: float = param(0.0, "Its least y.", unit="m")
@@ -100,8 +100,8 @@ class Box:
 class PolygonOutline:
     """Removes points in a polygon."""
 
-    polygon: str = param("[]", "Its corners, as [[x, y], [x, y], ...] [m].", read_only=True)
-    polygon_frame: str = param("base_link", "Frame of the polygon.", read_only=True)
+    polygon: str = fixed("[]", "Its corners, as [[x, y], [x, y], ...] [m].")
+    polygon_frame: str = fixed("base_link", "Frame of the polygon.")
     invert: bool = param(False, "Whether points outside are removed instead.")
 
     def __post_init__(self) -> None:
@@ -141,8 +141,8 @@ def _inside(points: Floats, corners: Floats) -> Bools:
 class Footprint:
     """Puts points within a square about the robot beyond the greatest range."""
 
-    inscribed_radius: float = param(0.0, "Half the edge of the square.", unit="m", minimum=0.0)
-    base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
+    inscribed_radius: float = length_param(0.0, "Half the edge of the square.")
+    base_frame: str = fixed("base_link", "Frame of the robot.")
 
     def apply(self, sweep: Sweep, mounted: Mounted, memory: dict[str, Any]) -> Sweep:
         """Return the sweep without the robot's own points."""

@@ -11,7 +11,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.pose3 import Pose3
 
 Mounted = Callable[[str], Pose3]
@@ -88,8 +88,8 @@ class Observations:
 class AverageFilter:
     """One filter of a chain of averages over scans."""
 
-    name: str = param("average", "Its name.", read_only=True)
-    type: str = param("", "Its class; empty for none.", choices=("", *_AVERAGED), read_only=True)
+    name: str = fixed("average", "Its name.")
+    type: str = fixed("", "Its class; empty for none.", choices=("", *_AVERAGED))
     params: Observations = field(default_factory=Observations)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, fields
 from typing import Any
 
-from arjuna_core.config import SEED_MAX, param
+from arjuna_core.config import SEED_MAX, duration_param, fixed, length_param, param, share_param
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
 
@@ -67,10 +67,10 @@ class AmclConfig:
     max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2)
     laser_min_range: float = param(-1.0, "Shortest range used; -1 is the scan's own.", unit="m")
     laser_max_range: float = param(100.0, "Longest range used; -1 is the scan's own.", unit="m")
-    laser_likelihood_max_dist: float = param(
-        2.0, "Distance to obstacles at which the likelihood stops falling.", unit="m", minimum=0.1
+    laser_likelihood_max_dist: float = length_param(
+        2.0, "Distance to obstacles at which the likelihood stops falling.", minimum=0.1
     )
-    sigma_hit: float = param(0.2, "Deviation of a hit from the map.", unit="m", minimum=1e-3)
+    sigma_hit: float = length_param(0.2, "Deviation of a hit from the map.", minimum=1e-3)
     z_hit: float = param(0.5, "Share of beams that hit what the map has.", minimum=0.0)
     z_rand: float = param(0.5, "Share of beams of random range.", minimum=0.0)
     z_short: float = param(
@@ -81,12 +81,12 @@ class AmclConfig:
         0.1, "Decay of what unmapped things stop (beam model).", unit="1/m", minimum=0.0
     )
     do_beamskip: bool = param(False, "Leave out beams that fit few particles (prob model).")
-    beam_skip_distance: float = param(0.5, "Distance at which a beam fits.", unit="m", minimum=0.0)
-    beam_skip_threshold: float = param(
-        0.3, "Share of particles that a beam must fit to be used.", minimum=0.0, maximum=1.0
+    beam_skip_distance: float = length_param(0.5, "Distance at which a beam fits.")
+    beam_skip_threshold: float = share_param(
+        0.3, "Share of particles that a beam must fit to be used."
     )
-    beam_skip_error_threshold: float = param(
-        0.9, "Share of skipped beams above which all are used.", minimum=0.0, maximum=1.0
+    beam_skip_error_threshold: float = share_param(
+        0.9, "Share of skipped beams above which all are used."
     )
 
     recovery_alpha_slow: float = param(
@@ -109,36 +109,27 @@ class AmclConfig:
         " mean, and rests between updates.",
         theirs=False,
     )
-    agreement_distance: float = param(
-        0.15, "Distance to an obstacle below which a beam agrees with the map.", unit="m", minimum=0
+    agreement_distance: float = length_param(
+        0.15, "Distance to an obstacle below which a beam agrees with the map.", minimum=0
     )
-    match_deviation: float = param(
-        0.05,
-        "Deviation of a beam's end in matching; neighbours share an error.",
-        unit="m",
-        minimum=1e-3,
+    match_deviation: float = length_param(
+        0.05, "Deviation of a beam's end in matching; neighbours share an error.", minimum=1e-3
     )
-    tracking_share: float = param(
-        0.75, "Probability from which a pose is known.", minimum=0.0, maximum=1.0
-    )
+    tracking_share: float = share_param(0.75, "Probability from which a pose is known.")
     relocalize: bool = param(True, "Search the whole map for the scan when lost.", theirs=False)
-    relocalize_agreement: float = param(
-        0.7, "Agreement with the map below which it is lost.", minimum=0.0, maximum=1.0
-    )
-    relocalize_doubt: float = param(
-        0.85, "Agreement below which a better pose is searched.", minimum=0.0, maximum=1.0
-    )
-    relocalize_gain: float = param(
-        0.15, "Greater agreement of another pose; lost: two thirds.", minimum=0.0, maximum=1.0
+    relocalize_agreement: float = share_param(0.7, "Agreement with the map below which it is lost.")
+    relocalize_doubt: float = share_param(0.85, "Agreement below which a better pose is searched.")
+    relocalize_gain: float = share_param(
+        0.15, "Greater agreement of another pose; lost: two thirds."
     )
     relocalize_evidence: float = param(
         40.0, "Beams of a scan that err independently: evidence for a pose.", minimum=0.0
     )
-    relocalize_patience: float = param(
-        1.0, "How long doubt must last before the map is searched.", unit="s", minimum=0.0
+    relocalize_patience: float = duration_param(
+        1.0, "How long doubt must last before the map is searched."
     )
-    relocalize_wait: float = param(
-        8.0, "Longest wait between two searches, each waiting twice as long.", unit="s", minimum=0.0
+    relocalize_wait: float = duration_param(
+        8.0, "Longest wait between two searches, each waiting twice as long."
     )
 
     def __post_init__(self) -> None:
@@ -167,17 +158,13 @@ class InitialPose:
 class AmclNodeConfig(AmclConfig):
     """Parameters of amcl: the filter's, and those of the node."""
 
-    base_frame_id: str = param("base_footprint", "Frame of the robot's base.", read_only=True)
-    global_frame_id: str = param("map", "Frame of the map.", read_only=True)
-    odom_frame_id: str = param("odom", "Frame of the odometry.", read_only=True)
-    scan_topic: str = param("scan", "Topic of the scans.", read_only=True)
-    map_topic: str = param("map", "Topic of the map.", read_only=True)
-    transform_tolerance: float = param(
-        0.2,
-        "How far ahead map -> odom is dated: more than a scan's period.",
-        unit="s",
-        minimum=0.0,
-        theirs=1.0,
+    base_frame_id: str = fixed("base_footprint", "Frame of the robot's base.")
+    global_frame_id: str = fixed("map", "Frame of the map.")
+    odom_frame_id: str = fixed("odom", "Frame of the odometry.")
+    scan_topic: str = fixed("scan", "Topic of the scans.")
+    map_topic: str = fixed("map", "Topic of the map.")
+    transform_tolerance: float = duration_param(
+        0.2, "How far ahead map -> odom is dated: more than a scan's period.", theirs=1.0
     )
     tf_broadcast: bool = param(True, "Whether to broadcast map -> odom.")
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")
@@ -195,7 +182,7 @@ class AmclNodeConfig(AmclConfig):
     save_pose_rate: float = param(
         0.5, "How often a tracked pose is written to initial_pose; never from 0 down.", unit="Hz"
     )
-    seed: int = param(0, "Seed of all randomness.", minimum=0, maximum=SEED_MAX, read_only=True)
+    seed: int = fixed(0, "Seed of all randomness.", minimum=0, maximum=SEED_MAX)
 
 
 def filter_part(config: AmclNodeConfig) -> tuple[Any, ...]:

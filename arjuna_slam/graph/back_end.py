@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, param, share_param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
@@ -38,15 +38,13 @@ class BackEndConfig:
     optimize_growth: float = param(
         0.04, "Share of all keyframes added to that.", minimum=0.0, maximum=10.0
     )
-    optimize_urgent_distance: float = param(
-        0.1, "Error in position of a loop edge that is optimised at once.", unit="m", minimum=0.0
+    optimize_urgent_distance: float = length_param(
+        0.1, "Error in position of a loop edge that is optimised at once."
     )
-    optimize_urgent_angle: float = param(
-        0.03, "Error in heading of a loop edge that is optimised at once.", unit="rad", minimum=0.0
+    optimize_urgent_angle: float = angle_param(
+        0.03, "Error in heading of a loop edge that is optimised at once."
     )
-    loop_minimum_weight: float = param(
-        0.01, "Weight below which a loop edge is taken back.", minimum=0.0, maximum=1.0
-    )
+    loop_minimum_weight: float = share_param(0.01, "Weight below which a loop edge is taken back.")
     loop_trial_keyframes: int = param(
         40, "Keyframes in which others may support a loop edge.", minimum=0, maximum=1000000
     )

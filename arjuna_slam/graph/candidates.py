@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, param, share_param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.graph.pose_graph import PoseGraph
 from arjuna_slam.graph.rivals import APART
@@ -32,19 +32,14 @@ class LoopConfig:
         " keyframes within loop_search_maximum_distance in the whole window.",
         theirs=False,
     )
-    loop_search_maximum_distance: float = param(
-        3.0, "Distance to a past keyframe within which its submap is tried.", unit="m", minimum=0.0
+    loop_search_maximum_distance: float = length_param(
+        3.0, "Distance to a past keyframe within which its submap is tried."
     )
-    loop_search_space_dimension: float = param(
-        30.0, "Width of the greatest search window.", unit="m", minimum=0.0, maximum=100.0
+    loop_search_space_dimension: float = length_param(
+        30.0, "Width of the greatest search window.", maximum=100.0
     )
-    loop_search_angle: float = param(
-        0.785,
-        "Half the angle of the greatest window.",
-        unit="rad",
-        minimum=0.01,
-        maximum=3.15,
-        theirs=0.349,
+    loop_search_angle: float = angle_param(
+        0.785, "Half the angle of the greatest window.", minimum=0.01, maximum=3.15, theirs=0.349
     )
     loop_match_minimum_response_coarse: float = param(
         0.35, "Mean likelihood that the search must reach.", minimum=0.0
@@ -55,51 +50,33 @@ class LoopConfig:
     loop_search_deviations: float = param(
         3.0, "Deviations in the graph that a search window reaches.", minimum=0.1, maximum=100.0
     )
-    loop_scan_window: float = param(
-        1.0,
-        "Half the window above which submaps are compared.",
-        unit="m",
-        minimum=0.0,
-        maximum=100.0,
+    loop_scan_window: float = length_param(
+        1.0, "Half the window above which submaps are compared.", maximum=100.0
     )
-    loop_place_response: float = param(
-        0.4, "Share of a submap's surfaces that must lie on a past one's.", minimum=0.0, maximum=1.0
+    loop_place_response: float = share_param(
+        0.4, "Share of a submap's surfaces that must lie on a past one's."
     )
-    loop_contradiction: float = param(
-        0.08, "Share of points that the other's beams may go through.", minimum=0.0, maximum=1.0
+    loop_contradiction: float = share_param(
+        0.08, "Share of points that the other's beams may go through."
     )
     loop_submap_response: float = param(
         0.45, "Mean likelihood that the coarse search of a submap must reach.", minimum=0.0
     )
-    loop_rival_share: float = param(
-        0.87, "Share of the best likelihood that makes a rival.", minimum=0.0, maximum=1.0
-    )
-    loop_wall_crossed: float = param(
-        1.2, "Longest wall that beams may cross: a door's width.", unit="m", minimum=0.0
+    loop_rival_share: float = share_param(0.87, "Share of the best likelihood that makes a rival.")
+    loop_wall_crossed: float = length_param(
+        1.2, "Longest wall that beams may cross: a door's width."
     )
     loop_wide_area: float = param(
         12.0, "Area of walls that holds a submap firmly.", unit="m^2", minimum=0.0
     )
-    loop_retry_distance: float = param(
-        0.5,
-        "Travel within which a failed search is not repeated.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
+    loop_retry_distance: float = length_param(
+        0.5, "Travel within which a failed search is not repeated.", theirs=0.0
     )
-    loop_sure_distance: float = param(
-        0.15,
-        "Correction in position below which a match needs no other.",
-        unit="m",
-        minimum=0.0,
-        theirs=1e6,
+    loop_sure_distance: float = length_param(
+        0.15, "Correction in position below which a match needs no other.", theirs=1e6
     )
-    loop_sure_angle: float = param(
-        0.05,
-        "Correction in heading below which a match needs no other.",
-        unit="rad",
-        minimum=0.0,
-        theirs=1e6,
+    loop_sure_angle: float = angle_param(
+        0.05, "Correction in heading below which a match needs no other.", theirs=1e6
     )
 
 

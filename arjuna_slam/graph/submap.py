@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bools, Bytes, Floats, Ints, Singles
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
@@ -65,16 +65,16 @@ class PackedField:
 class SubmapConfig:
     """Parameters of submaps and their fields."""
 
-    max_laser_range: float = param(20.0, "Longest range used.", unit="m", minimum=0.1)
+    max_laser_range: float = length_param(20.0, "Longest range used.", minimum=0.1)
     submap_size: int = param(40, "Keyframes in a submap.", minimum=2, maximum=10000)
-    submap_length: float = param(
-        12.0, "Way on which a submap's keyframes lie at most.", unit="m", minimum=0.1, maximum=1e4
+    submap_length: float = length_param(
+        12.0, "Way on which a submap's keyframes lie at most.", minimum=0.1, maximum=1e4
     )
-    field_resolution: float = param(
-        0.05, "Edge of a cell of the matching field.", unit="m", minimum=0.005, maximum=0.5
+    field_resolution: float = length_param(
+        0.05, "Edge of a cell of the matching field.", minimum=0.005, maximum=0.5
     )
-    field_deviation: float = param(
-        0.05, "Deviation around a reference point.", unit="m", minimum=0.005, maximum=0.5
+    field_deviation: float = length_param(
+        0.05, "Deviation around a reference point.", minimum=0.005, maximum=0.5
     )
 
     def field(self) -> Field:

@@ -9,7 +9,7 @@ from itertools import pairwise
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param, share_param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -136,11 +136,11 @@ class LifelongConfig:
     lifelong: bool = param(
         False, "Whether keyframes that newer ones cover are forgotten, so that memory is bounded."
     )
-    lifelong_cover_distance: float = param(
-        0.5, "How near a newer keyframe sees what an older one saw.", unit="m", minimum=0.0
+    lifelong_cover_distance: float = length_param(
+        0.5, "How near a newer keyframe sees what an older one saw."
     )
-    lifelong_cover_share: float = param(
-        0.9, "Share of a submap's keyframes that newer ones must cover.", minimum=0.0, maximum=1.0
+    lifelong_cover_share: float = share_param(
+        0.9, "Share of a submap's keyframes that newer ones must cover."
     )
 
 

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, share_param
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.candidates import LoopConfig
 from arjuna_slam.graph.submap import SubmapConfig
@@ -23,15 +23,13 @@ _DEPTH_MIN, _DEPTH_MAX = 3, 7  # levels of the search everywhere: blocks of 8 to
 class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
     """Parameters of the search on a finished map."""
 
-    start_search_distance: float = param(
-        1.5, "How far from the pose given a start is searched.", unit="m", minimum=0.1, maximum=50.0
+    start_search_distance: float = length_param(
+        1.5, "How far from the pose given a start is searched.", minimum=0.1, maximum=50.0
     )
-    start_search_angle: float = param(
-        0.6, "How far from the heading given.", unit="rad", minimum=0.01, maximum=3.15
+    start_search_angle: float = angle_param(
+        0.6, "How far from the heading given.", minimum=0.01, maximum=3.15
     )
-    start_anywhere_response: float = param(
-        0.7, "Mean likelihood for a start anywhere.", minimum=0.0, maximum=1.0
-    )
+    start_anywhere_response: float = share_param(0.7, "Mean likelihood for a start anywhere.")
 
 
 class ReferenceMap:

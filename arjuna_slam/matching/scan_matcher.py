@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, param, share_param
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.field import Field
@@ -90,22 +90,22 @@ class MatcherConfig:
     match_minimum_points: int = param(
         10, "Valid points below which a scan is not matched.", minimum=3, maximum=10000
     )
-    match_minimum_response: float = param(
-        0.3, "Share of points on surfaces below which it fails.", minimum=0.0, maximum=1.0
+    match_minimum_response: float = share_param(
+        0.3, "Share of points on surfaces below which it fails."
     )
     match_iterations: int = param(20, "Most Gauss-Newton steps.", minimum=1, maximum=1000)
-    match_robust_scale: float = param(
-        0.05, "Distance of a quarter of the weight.", unit="m", minimum=1e-3, maximum=1.0
+    match_robust_scale: float = length_param(
+        0.05, "Distance of a quarter of the weight.", minimum=1e-3, maximum=1.0
     )
-    range_deviation: float = param(
-        0.02, "Deviation of a point from its surface.", unit="m", minimum=1e-4, maximum=1.0
+    range_deviation: float = length_param(
+        0.02, "Deviation of a point from its surface.", minimum=1e-4, maximum=1.0
     )
     beam_correlation: float = param(10.0, "Points that share one error.", minimum=1.0, maximum=1e4)
-    match_position_floor: float = param(
-        0.005, "Least deviation of a match in position.", unit="m", minimum=1e-5, maximum=1.0
+    match_position_floor: float = length_param(
+        0.005, "Least deviation of a match in position.", minimum=1e-5, maximum=1.0
     )
-    match_heading_floor: float = param(
-        0.002, "Least deviation of a match in heading.", unit="rad", minimum=1e-5, maximum=1.0
+    match_heading_floor: float = angle_param(
+        0.002, "Least deviation of a match in heading.", minimum=1e-5, maximum=1.0
     )
 
 

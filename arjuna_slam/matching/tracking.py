@@ -8,7 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
@@ -114,21 +114,17 @@ class TrackerConfig(MatcherConfig):
     use_scan_matching: bool = param(
         True, "Whether scans correct the odometry; without, it is believed."
     )
-    correlation_search_space_dimension: float = param(
-        1.0,
-        "Width of a keyframe's window; 0.5 loses slipping wheels.",
-        unit="m",
-        minimum=0.0,
-        maximum=10.0,
+    correlation_search_space_dimension: float = length_param(
+        1.0, "Width of a keyframe's window; 0.5 loses slipping wheels.", maximum=10.0
     )
-    coarse_search_angle_offset: float = param(
-        0.349, "Half the angle of a keyframe's window.", unit="rad", minimum=0.0, maximum=6.3
+    coarse_search_angle_offset: float = angle_param(
+        0.349, "Half the angle of a keyframe's window.", maximum=6.3
     )
-    distance_variance_penalty: float = param(
-        0.5, "Deviation of the penalty on the distance from the odometry.", unit="m", minimum=0.0
+    distance_variance_penalty: float = length_param(
+        0.5, "Deviation of the penalty on the distance from the odometry."
     )
-    angle_variance_penalty: float = param(
-        1.0, "Deviation of the penalty on the turn from the odometry.", unit="rad", minimum=0.0
+    angle_variance_penalty: float = angle_param(
+        1.0, "Deviation of the penalty on the turn from the odometry."
     )
     minimum_distance_penalty: float = param(
         0.8, "Least the penalty on distance may become.", minimum=0.0

@@ -14,7 +14,7 @@ from nav_msgs.srv import GetMap
 from rclpy.exceptions import InvalidTopicNameException
 from rclpy.impl.implementation_singleton import rclpy_implementation
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param, share_param
 from arjuna_core.errors import MapError
 from arjuna_core.files.map_image import MODES, MapOptions
 from arjuna_core.files.maps import load_map, save_map, unnamed
@@ -31,7 +31,7 @@ class MapServerConfig:
     """Parameters of map_server."""
 
     yaml_filename: str = param("", "Map to serve; none until load_map if empty.", path=True)
-    topic_name: str = param("map", "Topic of the map.", read_only=True)
+    topic_name: str = fixed("map", "Topic of the map.")
     frame_id: str = param("map", "Frame of the map.")
     maps_folder: str = param(".", "Folder that load_map's relative paths are of.", path=True)
 
@@ -102,18 +102,14 @@ def _result_if_refused(path: Path) -> int:
 class MapSaverConfig:
     """Parameters of map_saver."""
 
-    free_thresh_default: float = param(
-        0.25, "Occupancy up to which a cell is free, if unasked.", minimum=0.0, maximum=1.0
+    free_thresh_default: float = share_param(
+        0.25, "Occupancy up to which a cell is free, if unasked."
     )
-    occupied_thresh_default: float = param(
-        0.65, "Occupancy from which a cell is occupied, if unasked.", minimum=0.0, maximum=1.0
+    occupied_thresh_default: float = share_param(
+        0.65, "Occupancy from which a cell is occupied, if unasked."
     )
-    map_subscribe_transient_local: bool = param(
-        True, "Whether maps published before are wanted.", read_only=True
-    )
-    save_map_timeout: float = param(
-        2.0, "How long save_map waits for a topic's map.", unit="s", minimum=0.0
-    )
+    map_subscribe_transient_local: bool = fixed(True, "Whether maps published before are wanted.")
+    save_map_timeout: float = duration_param(2.0, "How long save_map waits for a topic's map.")
     maps_folder: str = param(".", "Folder that save_map's relative paths are of.", path=True)
 
 
@@ -224,14 +220,13 @@ def _given(asked: float, default: float) -> float:
 class FilterInfoServerConfig:
     """Parameters of costmap_filter_info_server, by Nav2's names."""
 
-    filter_info_topic: str = param("costmap_filter_info", "Topic of what it says.", read_only=True)
-    type: int = param(
-        0, "0 keeps out, 1 limits speed in %, 2 in m/s, 3 switches.", minimum=0, maximum=255,
-        read_only=True,
-    )  # fmt: skip
-    mask_topic: str = param("filter_mask", "Topic of the mask.", read_only=True)
-    base: float = param(0.0, "Added to a value of the mask times the multiplier.", read_only=True)
-    multiplier: float = param(1.0, "Of a value of the mask.", read_only=True)
+    filter_info_topic: str = fixed("costmap_filter_info", "Topic of what it says.")
+    type: int = fixed(
+        0, "0 keeps out, 1 limits speed in %, 2 in m/s, 3 switches.", minimum=0, maximum=255
+    )
+    mask_topic: str = fixed("filter_mask", "Topic of the mask.")
+    base: float = fixed(0.0, "Added to a value of the mask times the multiplier.")
+    multiplier: float = fixed(1.0, "Of a value of the mask.")
 
 
 class FilterInfoServerNode(ManagedNode):

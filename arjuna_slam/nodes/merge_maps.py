@@ -15,7 +15,7 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import InteractiveMarkerFeedback, InteractiveMarkerUpdate
 from visualization_msgs.srv import GetInteractiveMarkers
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, length_param, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.grid import OccupancyGrid
@@ -36,9 +36,9 @@ _SIZE = 2.0  # diameter of a map's handle [m]
 class MergeMapsConfig:
     """Parameters of `map_merging`."""
 
-    resolution: float = param(0.05, "Edge of a map's cell.", unit="m", minimum=0.01, maximum=1.0)
-    max_laser_range: float = param(25.0, "Longest range drawn.", unit="m", minimum=0.1)
-    map_frame: str = param("map", "Frame of the merged map.", read_only=True)
+    resolution: float = length_param(0.05, "Edge of a map's cell.", minimum=0.01, maximum=1.0)
+    max_laser_range: float = length_param(25.0, "Longest range drawn.", minimum=0.1)
+    map_frame: str = fixed("map", "Frame of the merged map.")
     maps_folder: str = param(".", "Folder that add_submap's relative paths are of.", path=True)
 
 

@@ -6,7 +6,7 @@ from collections import deque
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, param
 
 PERIOD = 0.5
 """From one sign of life to the next [s]."""
@@ -65,9 +65,9 @@ def starved(pid: int) -> float:
 class RestartLimits:
     """When a process that dies again and again, without ever coming up, is left alone."""
 
-    first_delay: float = param(0.2, "Wait before the first restart; doubles", unit="s", minimum=0.0)
+    first_delay: float = duration_param(0.2, "Wait before the first restart; doubles")
     deaths: int = param(5, "Deaths within the window that end the attempts", minimum=1)
-    window: float = param(60.0, "How long a death counts", unit="s", minimum=0.0)
+    window: float = duration_param(60.0, "How long a death counts")
 
 
 @dataclass

@@ -34,6 +34,7 @@ from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.scenarios.drive import placed
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+from tests.bench import run as measured
 from tests.bench import sim
 from tests.bench.stack import started
 from tests.helpers.nav.navfn_maps import rooms
@@ -183,11 +184,7 @@ def _kernels() -> Iterator[tuple[str, float, str, float | None]]:
 
 
 def _bench(name: str, options: str) -> dict[str, Any]:
-    module = importlib.import_module(f"tests.bench.{name}")
-    parser = argparse.ArgumentParser()
-    module.add_arguments(parser)
-    numbers: dict[str, Any] = module.run(parser.parse_args(options.split()))
-    return numbers
+    return measured(importlib.import_module(f"tests.bench.{name}"), *options.split())
 
 
 def _hybrid() -> float:

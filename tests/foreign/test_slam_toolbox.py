@@ -4,13 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-pytest.importorskip("slam_toolbox", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import OccupancyGrid
 from slam_toolbox.srv import SaveMap, SerializePoseGraph
@@ -20,12 +16,10 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from arjuna_slam.localization import Localizer
+from bringup.lockstep import LockStep
 from bringup.parameters.checking import over_shipped
 from bringup.parameters.files import merged
 from bringup.stack import SLAM_GROUP
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = pytest.mark.ros
 FILES = sorted((Path(__file__).parent / "slam_toolbox").glob("*.yaml"), key=str)

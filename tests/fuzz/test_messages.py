@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.fuzz.barrage import STACKS, Barrage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

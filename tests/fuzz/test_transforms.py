@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.fuzz.transforms import Sessions
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

@@ -15,6 +15,16 @@ from tests.helpers.processes import wait_until
 TICK = 0.02
 
 
+def changed(message: Any, path: str, value: Any) -> Any:
+    """Return a message with one field changed."""
+    *parts, last = path.split(".")
+    within = message
+    for part in parts:
+        within = getattr(within, part)
+    setattr(within, last, value)
+    return message
+
+
 class RosBench:
     """One process under test, with a helper node that plays the rest of the robot.
 

@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import load
 from arjuna_core.files.map_image import MapOptions, Pixels, occupancy_of
 from arjuna_core.grid import GridFrame, OccupancyGrid
@@ -24,31 +22,22 @@ from arjuna_nav.behaviors.base import BehaviorStatus
 from arjuna_nav.behaviors.motions import AssistedTeleop, DriveOnHeading, Spin
 from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.controllers.follower import FollowState, PathFollower
-from arjuna_nav.controllers.mppi import critics, path_critics
-from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
-from arjuna_nav.controllers.mppi.scene import Grid, Scene
-from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS
+from arjuna_nav.controllers.plugins import CONTROLLERS
 from arjuna_nav.costmap import Costmap, LayeredCostmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.costmap.inflation import clearances
-from arjuna_nav.costmap.layers.filters import FilterInfo
 from arjuna_nav.costmap.layers.observations import PlacedScan
-from arjuna_nav.costmap.layers.static import PlacedMap
 from arjuna_nav.docking.approach import steer
 from arjuna_nav.navigator import Ending
 from arjuna_nav.planners.base import PLANNERS, PlanStatus
-from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
 from arjuna_nav.safety.collision_monitor import CollisionMonitor
 from arjuna_nav.safety.sight import Sight
-from arjuna_nav.safety.velocity_smoother import VelocitySmoother
-from arjuna_nav.smoothers.smoothers import SMOOTHERS
 from arjuna_slam.amcl.filter import ParticleFilter
 from arjuna_slam.amcl.motion import differential, omnidirectional
 from bringup.parameters.sources import as_theirs
 from bringup.stack import all_nodes
 from tests.helpers.nav.navigator_script import DETOUR, GOAL, Script, failed, planned
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room, scan_from
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline, room, scan_from
 
 pytestmark = pytest.mark.ros
 ROBOT = Footprint.circle(0.25)
@@ -75,9 +64,7 @@ RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
 
 def beside_a_wall() -> Costmap:
     """Return one whose cost is 119 at the origin: 252 exp(-5 (0.40 - 0.25)) = 119.04."""
-    grid = empty_grid(12.0, 12.0, SE2(-6.025, -6.025))
-    block(grid, 0.0, 6.40, 12.0, 0.05)
-    return costmap_of(grid)
+    return costmap_of(grid_of(12.0, 12.0, (0.0, 6.40, 12.0, 0.05), origin=SE2(-6.025, -6.025)))
 
 
 def ahead(y: float = 0.0, length: float = 4.0, yaw: float = 0.0) -> Any:
@@ -150,18 +137,6 @@ def test_pure_pursuit_beside_an_obstacle() -> None:
     assert driven.x == pytest.approx(0.33339, abs=1e-4)
 
 
-@pytest.mark.parametrize("name", ["SimpleGoalChecker", "PositionGoalChecker", "StoppedGoalChecker"])
-@pytest.mark.parametrize("stateful", [True, False])
-def test_a_position_that_was_reached_stays_reached(name: str, stateful: bool) -> None:
-    values = {"plugin": f"nav2_controller::{name}", "stateful": stateful}
-    given = {f"general_goal_checker.{key}": value for key, value in values.items()}
-    checker = GOAL_CHECKERS.make(nav2_config("controller_server", **given).general_goal_checker)
-    # check_xy is false from the first success on: 3 m away it is not looked at again
-    assert not checker.reached(SE2(0.251), SE2())
-    assert checker.reached(SE2(0.249, 0.0, 0.249), SE2())
-    assert checker.reached(SE2(3.0, 0.0, 0.249), SE2()) == stateful
-
-
 def follow(costmap: Costmap, path: Any, pose: SE2, **values: Any) -> Any:
     made = nav2_config("controller_server", **{"FollowPath.plugin": RPP}, **values)
     follower = PathFollower(made, ROBOT)
@@ -183,58 +158,6 @@ def test_a_collision_ahead_fails_at_once() -> None:
     assert (result.state, result.error) == (FollowState.FAILED, ControlStatus.NO_VALID_CONTROL)
 
 
-MPPI = "nav2_mppi_controller::MPPIController"
-LIMITS = Limits(-0.35, 0.5, 1.9, 3.0, 3.0, 3.5, 0.5)
-FORTH = np.column_stack((0.1 * np.arange(30), np.zeros(30), np.zeros(30))).astype(np.float32)
-CRITICS: dict[str, tuple[str, Any, dict[str, Any], list[list[float]], float | None]] = {
-    # max_vel = hypot(vx_max, vy_max) = 0.70711 of a differential drive too: 4 x 0.09289 x 0.05
-    "constraint": ("ConstraintCritic", critics.constraint, {},
-                   [[0.8, 0, 0, 0, 0], [0.6, 0, 0, 0, 0]], 0.018579),
-    # hypot(0.6, 0.8) = 1.0: 4 x 0.29289 x 0.05
-    "sideways": ("ConstraintCritic", critics.constraint, {}, [[0.6, 0, 0, 0, 0, 0.8]], 0.058579),
-    # 10 x mean(0.2, 0.4)
-    "twirling": ("TwirlingCritic", critics.twirling, {}, [[0, 0.2, 0, 0, 0], [0, -0.4, 0, 0, 0]],
-                 3.0),
-    # withinPositionGoalTolerance: off
-    "twirling at the goal": ("TwirlingCritic", critics.twirling, {"goal_distance": 0.24},
-                             [[0, 0.2, 0, 0, 0]], None),
-    # pose 10 + 6 lies at 1.6 m: 5 x hypot(1.6 - 1.3, 0.4)
-    "follow": ("PathFollowCritic", path_critics.path_follow, {}, [[0] * 5, [0, 0, 1.3, 0.4, 0]],
-               2.5),
-    # steps 0 and 2 of 4, costs 0 and 100: 3.81 / 254 x 100 / 2
-    "cost": ("CostCritic", critics.cost_critic, {},
-             [[0] * 5, [0, 0, 0.2, 0, 0], [0, 0, 0.5, 0, 0], [0, 0, 1, 0, 0]], 0.75),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", CRITICS)
-def test_critics_of_mppi(case: str) -> None:
-    name, critic, changes, steps, expected = CRITICS[case]
-    parts = np.array(steps, np.float32).T[:, :, None]
-    side = parts[5] if len(parts) > 5 else np.empty((0, 0), np.float32)
-    data = np.zeros((40, 40), np.uint8)
-    data[:, 25] = 100
-    grid = Grid(data, 20.5, 20.5, 0.0, 10.0, ROBOT.points, True, 253)
-    whole, near = np.ones(30, np.bool_), clearances(5.0)
-    scene = Scene(FORTH, whole, SE2(2.0), 2.0, 10, grid, near, 0.25, LIMITS, 0.05)
-    made = nav2_config("controller_server", **{"FollowPath.plugin": MPPI}).FollowPath
-    scene = scene._replace(xy_goal_tolerance=0.25, **changes)
-    v, w, x, y, yaw = parts[:5]
-    cost = critic(getattr(made, name), Rollouts(v, w, x, y, yaw, side), scene)
-    cost = cost[0] if isinstance(cost, tuple) else cost
-    assert cost is None if expected is None else cost == pytest.approx([expected], rel=1e-4)
-
-
-# angular_vel = sign x 1.8 within the measured 0.5 + 3.2 x 0.05; sqrt(2 x 0.5 x 1.5708) = 1.2533
-@pytest.mark.parametrize(("accel", "driven", "rate"), [(3.2, 0.5, 0.66), (0.5, 1.8, 1.2533)])
-def test_rotation_shim(accel: float, driven: float, rate: float) -> None:
-    values = {"primary_controller": RPP, "max_angular_accel": accel}
-    shim = controller("nav2_rotation_shim_controller::RotationShimController", values)
-    shim.set_path(LEFT)
-    velocity = shim.compute(SE2(), Velocity(yaw_rate=driven), free(), 0.0).velocity
-    assert (velocity.x, velocity.yaw_rate) == pytest.approx((0.0, rate), abs=1e-4)
-
-
 # planner_server
 
 
@@ -242,17 +165,6 @@ def planner(name: str, **values: Any) -> Any:
     given = {f"GridBased.{key}": value for key, value in values.items()}
     made = nav2_config("planner_server", **{"GridBased.plugin": name}, **given).GridBased
     return PLANNERS.make(made, ROBOT)
-
-
-# hf = 50 free; two equal neighbours: v = 0.704, one 14.8 higher (d = 0.296): v = 0.84093
-@pytest.mark.parametrize(
-    ("cell", "expected"),
-    [((0, 1), 50.0), ((1, 1), 85.2), ((0, 2), 100.0), ((1, 2), 127.2465), ((0, -1), 50.0)],
-)
-def test_potential_of_navfn(cell: tuple[int, int], expected: float) -> None:
-    data, costs = np.zeros((21, 21), np.uint8), traversal_costs()
-    potential = wavefront(data, costs, np.array([[10.0, 10.0, 0.0]]))
-    assert potential[10 + cell[0], 10 + cell[1]] == pytest.approx(expected, abs=1e-3)
 
 
 @pytest.mark.parametrize("name", ["SmacPlanner2D", "SmacPlannerHybrid"])
@@ -289,40 +201,6 @@ def test_a_cost_is_gone_round_where_that_is_cheaper(
     path = planner(name, **values).plan(costmap, SE2(4.05, 4.05), SE2(12.05, 4.05)).path
     aside = np.abs(path[:, 1] - 4.05).max()
     assert aside < 0.3 if through else aside > 0.8
-
-
-# smoother_server
-
-PEAK = np.array([[0, 0, 0], [1, 0, 0], [2, 1, 0], [3, 0, 0], [4, 0, 0]], np.float64)
-SPIKE = np.column_stack((np.arange(11.0), np.eye(11)[5], np.zeros(11)))
-SIMPLE, FITTED = "nav2_smoother::SimpleSmoother", "nav2_smoother::SavitzkyGolaySmoother"
-SMOOTHED: dict[str, tuple[str, dict[str, Any], Any, list[float]]] = {
-    # 0.2 (0 - a) + 0.3 (b - 2a) = 0, 0.2 (1 - b) + 0.3 (2a - 2b) = 0: b = 0.2 / 0.575, a = 0.375 b
-    "balance": (SIMPLE, {"do_refinement": False}, PEAK, [0, 0.130435, 0.347826, 0.130435, 0]),
-    # once more from there: 0.575 b = 0.2 x 0.347826 + 0.75 x 0.2 x 0.130435
-    "refined": (SIMPLE, {"refinement_num": 1}, PEAK, [0, 0.090737, 0.155009, 0.090737, 0]),
-    # findDirectionalPathSegments: out and back are smoothed each for itself
-    "cusp": (SIMPLE, {"do_refinement": False}, np.vstack((PEAK, PEAK[-2::-1])),
-             [0, 0.130435, 0.347826, 0.130435, 0, 0.130435, 0.347826, 0.130435, 0]),
-    # -2 3 6 7 6 3 -2 over 21
-    "fit": (FITTED, {"do_refinement": False}, SPIKE,
-            [k / 21 for k in (0, 0, -2, 3, 6, 7, 6, 3, -2, 0, 0)]),
-    # beyond an end its point counts: y1 = (-2 + 3 + 6 + 7 c) / 21 of a first point at y = 1
-    "ends": (FITTED, {"do_refinement": False}, np.column_stack(
-        (np.arange(11.0), np.eye(11)[0], np.zeros(11))), [1, 7 / 21, 1 / 21, -2 / 21, *[0] * 7]),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", SMOOTHED)
-def test_smoothers(case: str) -> None:
-    name, values, path, expected = SMOOTHED[case]
-    given = {f"simple_smoother.{key}": value for key, value in values.items()}
-    made = nav2_config(
-        "smoother_server", **{"simple_smoother.plugin": name}, **given
-    ).simple_smoother
-    costmap = costmap_of(empty_grid(20.0, 20.0, SE2(-5.0, -5.0), 0.1))
-    result = SMOOTHERS.make(made).smooth(path, costmap)
-    assert result.path[:, 1] == pytest.approx(expected, abs=1e-5)
 
 
 # behavior_server
@@ -432,32 +310,6 @@ def test_an_outage_ends_it() -> None:
     assert (navigation.end.ending, navigation.end.error_code) == (Ending.ABORTED, 102)
 
 
-# velocity_smoother: 20 Hz, so that 2.5 and 3.2 allow 0.125 m/s and 0.16 rad/s a tick
-
-SMOOTHING: dict[str, tuple[dict[str, Any], Velocity, Velocity, Velocity]] = {
-    "gains speed": ({}, STILL, Velocity(0.5), Velocity(0.125)),
-    "brakes": ({"max_decel": [-1.0, 0.0, -3.2]}, Velocity(0.5), STILL, Velocity(0.45)),
-    # through zero it decelerates: 0.1 - 1.0 / 20
-    "turns back": ({"max_decel": [-1.0, 0.0, -3.2]}, Velocity(0.1), Velocity(-0.5), Velocity(0.05)),
-    # eta = min(0.125 / 0.5, 0.16 / 2.5) = 0.064
-    "eta": ({"scale_velocities": True}, STILL, Velocity(0.5, yaw_rate=2.5),
-            Velocity(0.032, yaw_rate=0.16)),
-    # max_velocity first, then the acceleration
-    "greatest": ({"max_velocity": [0.1, 0.0, 2.5]}, STILL, Velocity(0.5), Velocity(0.1)),
-    "deadband": ({"deadband_velocity": [0.13, 0.0, 0.0]}, STILL, Velocity(0.5), STILL),
-}  # fmt: skip
-
-
-@pytest.mark.parametrize("case", SMOOTHING)
-def test_velocity_smoother(case: str) -> None:
-    values, now, command, expected = SMOOTHING[case]
-    smoother = VelocitySmoother(nav2_config("velocity_smoother", feedback="CLOSED_LOOP", **values))
-    smoother.take(command, 0.0)
-    result = smoother.tick(now, 0.0)
-    assert result is not None
-    assert (result.x, result.yaw_rate) == pytest.approx((expected.x, expected.yaw_rate))
-
-
 # collision_monitor
 
 SQUARE = "[[0.5, 0.5], [0.5, -0.5], [-0.5, -0.5], [-0.5, 0.5]]"
@@ -499,34 +351,8 @@ def layered(**values: Any) -> LayeredCostmap:
     return LayeredCostmap(nav2_config(COSTMAP, **size, footprint_padding=0.0, **values))
 
 
-# 252 exp(-10 (d - 0.25)), 253 up to the inscribed radius, nothing beyond ceil(0.55 / 0.1) cells
-@pytest.mark.parametrize(
-    ("cells", "cost"), [(0, 254), (2, 253), (3, 152), (4, 56), (5, 20), (6, 7), (7, 0)]
-)
-def test_inflation(cells: int, cost: int) -> None:
-    grid = OccupancyGrid(GridFrame(0.1, 50, 50, SE2(-2.5, -2.5)), np.zeros((50, 50), np.int8))
-    grid.data[25, 25] = 100
-    costmap = layered(plugins=["static_layer", "inflation_layer"])
-    costmap.set_map(grid)
-    assert costmap.costmap.data[25, 25 + cells] == cost
-
-
 SCAN = {"obstacle_layer.observation_sources": "scan", "obstacle_layer.scan.clearing": True,
         "obstacle_layer.scan.max_obstacle_height": 2.0}  # fmt: skip
-
-
-# round(value x 254 / 100), in the cell whose middle the mask holds: it reaches from 0.06 to 0.16;
-# unknown leaves the cost below it
-@pytest.mark.parametrize(("value", "cost"), [(100, 254), (50, 127), (1, 3), (0, 0), (-1, 0)])
-def test_keepout(value: int, cost: int) -> None:
-    zones = {"zones.plugin": "nav2_costmap_2d::KeepoutFilter", "zones.filter_info_topic": "info"}
-    costmap = layered(plugins=["obstacle_layer"], filters=["zones"], **SCAN, **zones)
-    mask = OccupancyGrid(GridFrame(0.1, 1, 1, SE2(0.06, 0.06)), np.array([[value]], np.int8))
-    costmap.receive("zones", "info", FilterInfo(0, "mask"))
-    costmap.receive("zones", "mask", PlacedMap(mask, ""))
-    costmap.update(SE2(), 0.0)
-    assert costmap.costmap.data[26, 26] == cost
-    assert np.count_nonzero(costmap.costmap.data) == (cost > 0)
 
 
 def test_from_a_collision_every_motion_collides() -> None:

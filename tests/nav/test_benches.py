@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import argparse
 import json
 import lzma
 import math
 import re
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -21,11 +19,11 @@ from arjuna_core.se2 import SE2
 from bringup.scenarios.barn import CELL, START, make_worlds
 from bringup.scenarios.furnished import make_room
 from bringup.scenarios.space import FreeSpace
-from tests.bench import barn, goals, planner, pressed
+from tests.bench import barn, goals, planner, pressed, run
 from tests.helpers.nav.barn import load_worlds
 from tests.helpers.nav.journal import draw, steadiness
 from tests.helpers.nav.navfn_maps import COURSES
-from tests.nav.worlds import block, empty_grid
+from tests.nav.worlds import block, grid_of
 
 _CYLINDER = (
     "<model name='c{i}'><static>1</static><pose>{x} {y} 0.5 0 0 0</pose><link name='l'>"
@@ -33,13 +31,6 @@ _CYLINDER = (
     "</geometry></collision></link></model>"
 )
 _MAP = "type octile\nheight 3\nwidth 5\nmap\n.....\n.@@@.\n....T\n"
-
-
-def run(module: ModuleType, *argv: str) -> dict[str, Any]:
-    parser = argparse.ArgumentParser()
-    module.add_arguments(parser)
-    result: dict[str, Any] = module.run(parser.parse_args(argv))
-    return result
 
 
 def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
@@ -56,8 +47,7 @@ def barn_world(folder: Path, cylinders: list[tuple[float, float]]) -> Path:
 
 
 def test_the_shortest_path_is_pulled_tight_round_what_is_in_it() -> None:
-    grid = empty_grid(10.0, 6.0)
-    block(grid, 4.0, 0.0, 0.5, 4.0)
+    grid = grid_of(10.0, 6.0, (4.0, 0.0, 0.5, 4.0))
     space = FreeSpace(grid, radius=0.2, clearance=0.4)
     straight = space.shortest(SE2(1.0, 1.0), SE2(3.0, 5.0))
     assert straight == pytest.approx(math.hypot(2.0, 4.0), rel=0.02)
@@ -70,9 +60,7 @@ def test_the_shortest_path_is_pulled_tight_round_what_is_in_it() -> None:
 
 
 def test_goals_are_drawn_where_there_is_room() -> None:
-    grid = empty_grid(6.0, 4.0)
-    block(grid, 2.0, 1.0, 1.0, 3.0)
-    space = FreeSpace(grid, radius=0.2, clearance=0.5)
+    space = FreeSpace(grid_of(6.0, 4.0, (2.0, 1.0, 1.0, 3.0)), radius=0.2, clearance=0.5)
     rng = np.random.default_rng(0)
     for _ in range(50):
         goal = space.draw(rng)

@@ -32,16 +32,14 @@ from arjuna_slam.amcl.recovery import MapMatcher, Recovery
 from arjuna_slam.config import SlamConfig
 from arjuna_slam.matching.map_field import MapField
 from tests.helpers.nav.layers import costmap_config, see
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline, room, scan_from
+from tests.nav.worlds import costmap_of, empty_grid, grid_of, polyline, room, scan_from
 
 ROBOT, AHEAD = Footprint.circle(0.25), polyline([(0.0, 0.0), (4.0, 0.0)], 0.0)
 FREE = costmap_of(empty_grid(12.0, 12.0, SE2(-6.0, -6.0)))
 
 
 def walled(x: float) -> Costmap:
-    grid = empty_grid(12.0, 12.0, SE2(-6.0, -6.0))
-    block(grid, 6.0 + x, 5.0, 0.1, 2.0)
-    return costmap_of(grid)
+    return costmap_of(grid_of(12.0, 12.0, (6.0 + x, 5.0, 0.1, 2.0), origin=SE2(-6.0, -6.0)))
 
 
 def driven(make: Any, config: Any, path: Any = AHEAD, costmap: Costmap = FREE) -> Velocity:
@@ -54,8 +52,7 @@ def driven(make: Any, config: Any, path: Any = AHEAD, costmap: Costmap = FREE) -
 
 def rounds_a_corner(config: RegulatedPurePursuitConfig) -> bool:
     """Return whether pure pursuit gets on beside a wall that the arc to its carrot cuts."""
-    grid = empty_grid(12.0, 12.0, SE2(-6.0, -6.0))
-    block(grid, 5.4, 6.3, 1.0, 2.0)
+    grid = grid_of(12.0, 12.0, (5.4, 6.3, 1.0, 2.0), origin=SE2(-6.0, -6.0))
     corner = polyline([(0.0, 0.0), (0.8, 0.0), (0.8, 2.0)], 1.57)
     return driven(RegulatedPurePursuit, config, corner, costmap_of(grid)).x > 0.0
 

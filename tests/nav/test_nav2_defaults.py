@@ -9,8 +9,6 @@ from typing import Any
 import pytest
 import yaml
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import flatten, load
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.mppi.config import MppiConfig

@@ -15,7 +15,7 @@ from bringup.scenarios.drive import Meetings, OwnMotion
 from bringup.scenarios.people import boxes_in, settle, with_boxes
 from tests.helpers.nav.layers import Body
 from tests.helpers.nav.people import Pushes
-from tests.nav.worlds import block, empty_grid
+from tests.nav.worlds import block, grid_of
 
 CORNERS = Body.box(0.4, 0.4).corners
 STILL, FORWARD, BACK = Velocity(), Velocity(0.3), Velocity(-0.3)
@@ -112,8 +112,7 @@ class Stage:
 
 
 def test_people_walk_where_there_is_room_between_boxes_off_the_walls() -> None:
-    grid = empty_grid(9.0, 7.0)
-    block(grid, 4.4, 0.0, 0.2, 4.0)
+    grid = grid_of(9.0, 7.0, (4.4, 0.0, 0.2, 4.0))
     walls = ((0.0, 0.0, 9.0, 0.1), (0.0, 6.9, 9.0, 0.1), (0.0, 0.0, 0.1, 7.0), (8.9, 0.0, 0.1, 7.0))
     for wall in walls:
         block(grid, *wall)

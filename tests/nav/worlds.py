@@ -39,6 +39,16 @@ def block(grid: OccupancyGrid, x: float, y: float, width: float, height: float) 
     grid.data[rows, columns] = 100
 
 
+def grid_of(
+    width: float, height: float, *blocks: tuple[float, float, float, float], origin: SE2 = IDENTITY
+) -> OccupancyGrid:
+    """Return a map of a size [m], free but for rectangles as `block` takes them."""
+    grid = empty_grid(width, height, origin)
+    for rectangle in blocks:
+        block(grid, *rectangle)
+    return grid
+
+
 def room() -> OccupancyGrid:
     """Return the 10 x 10 m room with four 0.5 m boxes, walls 0.1 m, the origin in its middle."""
     grid = empty_grid(11.0, 11.0, SE2(-5.5, -5.5))

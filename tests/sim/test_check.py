@@ -11,7 +11,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_sim.check import check, is_robot
 from arjuna_sim.files.search_path import SearchPath
 from bringup.cli import OK, REFUSED, parse, run
-from tests.sim.builders import ROBOT, ROOM, ROOT, edited, texts
+from tests.sim.builders import ROBOT, ROOM, ROOT, texts
 
 MACRO = """<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">
 <xacro:arg name="width" default="0.2"/><xacro:include filename="$(find parts)/wheel.xacro"/>
@@ -80,14 +80,6 @@ def test_check_takes_the_robot_and_the_world_that_are_named(
     assert "--check: lacks its file; valid: --check FILE" in capsys.readouterr().err
 
 
-@pytest.mark.usefixtures("without_sills")
-def test_what_is_left_out_is_listed(tmp_path: Path) -> None:
-    path = edited(ROBOT, tmp_path, "<gazebo>", "<gazebo><frill>1</frill>")
-    found = check(path, SearchPath.of(), {})
-    assert texts(found.notes) == ("gazebo <frill>: not simulated",)
-    assert "(1):\n  - gazebo <frill>: not simulated" in found.text()
-
-
 @pytest.mark.parametrize("name", ["none.urdf", "cut.urdf", "notes.txt"])
 def test_file_that_does_not_load_is_refused_in_one_line(
     tmp_path: Path, name: str, capsys: pytest.CaptureFixture[str]
@@ -109,13 +101,6 @@ def test_path_and_arguments_reach_macros(macro: Path, capsys: pytest.CaptureFixt
     assert "wheel separation 0.4 m, diameter 0.12 m" in said
     assert "argument 'colour' is used nowhere" in said
     assert os.environ["ROS_PACKAGE_PATH"] == str(folder)
-
-
-@pytest.mark.usefixtures("without_sills")
-def test_missing_package_include_and_macro_are_noted(macro: Path) -> None:
-    found = check(macro, SearchPath(), {})
-    for part in ("package 'parts' does not exist", "wheel.xacro' does not exist", "<xacro:wheel>"):
-        assert any(part in note for note in texts(found.notes))
 
 
 @pytest.mark.usefixtures("without_sills")

@@ -13,8 +13,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import load
 from arjuna_core.grid import FREE, OCCUPIED
 from arjuna_core.scan import Scan

@@ -2,15 +2,12 @@
 
 from __future__ import annotations
 
-import argparse
 from pathlib import Path
-from types import ModuleType
-from typing import Any
 
 import numpy as np
 import pytest
 
-from tests.bench import amcl, localization, loops, posegraph, scanmatch, slam
+from tests.bench import amcl, localization, loops, posegraph, run, scanmatch, slam
 from tests.helpers.tours import TourWorld, crowded, with_odometry, without_walls
 from tests.slam.logs.test_recording import text
 
@@ -24,13 +21,6 @@ EDGE_SE2 1 2 1 0 1.5707963267948966 1 0 0 1 0 1
 EDGE_SE2 2 3 1 0 1.5707963267948966 1 0 0 1 0 1
 EDGE_SE2 3 0 1 0 1.5707963267948966 1 0 0 1 0 1
 """
-
-
-def run(module: ModuleType, *argv: str) -> dict[str, Any]:
-    parser = argparse.ArgumentParser()
-    module.add_arguments(parser)
-    result: dict[str, Any] = module.run(parser.parse_args(argv))
-    return result
 
 
 def test_a_consistent_graph_is_solved_to_nothing(tmp_path: Path) -> None:

@@ -9,9 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geographic_msgs.msg import GeoPoint as GeoPointMsg
 from geographic_msgs.msg import GeoPose
 from geometry_msgs.msg import PoseStamped, Twist

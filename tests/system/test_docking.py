@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import DockRobot, UndockRobot
@@ -17,11 +14,9 @@ from nav2_msgs.action import DockRobot, UndockRobot
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2, wrap
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.helpers.robots import ON_MAP, outcome, truth
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NEAR, TURNED = 0.02, math.radians(2.0)

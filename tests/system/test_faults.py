@@ -3,13 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 from nav2_msgs.srv import LoadMap
 from std_msgs.msg import String
@@ -18,14 +14,12 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from bringup.lockstep import LockStep
 from tests.helpers.faults import Fault, Faults
 from tests.helpers.nav.faults import BLIND, DEAD, TOLERATED
 from tests.helpers.robots import send, to_pose, truth
 from tests.helpers.ros import RosBench
 from tests.system.test_navigation import on_map
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 FAR = SE2(1.5, 1.0, 0.5)

@@ -5,12 +5,9 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from lifecycle_msgs.srv import ChangeState
@@ -25,11 +22,10 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.health import rules
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
 from tests.helpers.robots import ON_MAP, outcome
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
+from tests.helpers.ros import changed
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NO_NUMBERS = (math.nan, math.inf, 1e300)
@@ -70,15 +66,6 @@ class Client:
         """Go away, with what was latched."""
         for publisher in self._publishers.values():
             self.robot.client.destroy_publisher(publisher)
-
-
-def changed(message: Any, path: str, value: Any) -> Any:
-    *parts, last = path.split(".")
-    within = message
-    for part in parts:
-        within = getattr(within, part)
-    setattr(within, last, value)
-    return message
 
 
 def transitions(client: Client) -> None:

@@ -8,8 +8,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.processes import Lines, ended
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]

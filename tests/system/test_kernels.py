@@ -10,8 +10,6 @@ import pytest
 
 from scripts.kernels import ROOT, read_list
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 DEADLINE = 600.0
 SAY_WHAT_ROBOTS_CALL = """

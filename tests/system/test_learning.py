@@ -15,6 +15,7 @@ from bringup.scenarios.drive import Drive, placed
 from tests.helpers.robots import ROOM
 from tests.sim.builders import ROOT
 
+pytestmark = pytest.mark.ros
 FOLDER = ROOT / "docs" / "learning"
 
 
@@ -27,7 +28,6 @@ def module(name: str) -> Any:
     return importlib.import_module(name)
 
 
-@pytest.mark.ros
 @pytest.mark.system
 def test_the_shipped_policy_drives_among_the_boxes() -> None:
     from bringup.client.goals import Goals

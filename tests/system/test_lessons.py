@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.files.shipped import shipped_file
 from bringup.commands.lesson import PAGES
 from bringup.lessons.runner import Section, load_page, run_section

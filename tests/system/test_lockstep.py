@@ -5,26 +5,20 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rclpy.serialization import deserialize_message
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.local.cdr import to_cdr
+from arjuna_core.ros.process import Transport
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.recording.recorder import demo_recorder
 from bringup.stack import NAVIGATION_GROUP, SIM_GROUP, SLAM_GROUP
-
-if TYPE_CHECKING:
-    from arjuna_core.ros.process import Transport
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(0.8, 0.5, 0.5)

@@ -4,21 +4,16 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import LETHAL
 from bringup.cli import parse
 from bringup.client.goals import Goals
+from bringup.lockstep import LockStep
 from bringup.parameters.inputs import gather
 from bringup.stack import LOCAL_COSTMAP, NAVIGATION_GROUP, SLAM_GROUP
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(3.0, 0.0)

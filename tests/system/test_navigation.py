@@ -3,16 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.se2 import SE2
+from bringup.lockstep import LockStep
 from bringup.stack import (
     EXPLORER_GROUP,
     LOCALIZATION_GROUP,
@@ -21,9 +18,6 @@ from bringup.stack import (
     SLAM_GROUP,
 )
 from tests.helpers.robots import ON_MAP, REACHED, outcome, send, to_pose, truth
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(1.5, 1.0, 0.5)

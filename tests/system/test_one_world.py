@@ -8,9 +8,6 @@ from contextlib import ExitStack, closing, contextmanager
 from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
 from sensor_msgs.msg import LaserScan

@@ -7,22 +7,17 @@ import time
 from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from itertools import zip_longest
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rcl_interfaces.srv import SetParameters
 from rclpy.parameter import Parameter
 
 from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.robots import ON_MAP
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)

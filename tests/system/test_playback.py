@@ -5,18 +5,16 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from geometry_msgs.msg import Twist
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.bags.decoder import Decoder
 from arjuna_core.bags.file_writer import McapWriter
 from arjuna_core.bags.reader import Bag
+from arjuna_core.bags.topic import BagMessage
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from bringup.lockstep import LockStep
@@ -26,9 +24,6 @@ from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until
 from tests.helpers.robots import ROOM
-
-if TYPE_CHECKING:
-    from arjuna_core.bags.topic import BagMessage
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 RESULTS = ("/map", "/amcl_pose")

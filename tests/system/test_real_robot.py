@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from tests.helpers.processes import Lines
 from tests.helpers.real_robot import OPTIONS
 

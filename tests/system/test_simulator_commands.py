@@ -6,8 +6,6 @@ import re
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup import cli
 from bringup.cli import parse
 from bringup.client.simulator import SimulatorClient, SimulatorError

@@ -6,9 +6,6 @@ from collections.abc import Iterator
 from contextlib import ExitStack, closing
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav2_msgs.action import NavigateToPose
 
 from arjuna_core.ros.local.actions import action_client

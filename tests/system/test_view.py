@@ -12,7 +12,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
 pytest.importorskip("viser", reason="no viewer here")
 
 from geometry_msgs.msg import PointStamped

@@ -15,8 +15,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 ROOT = Path(__file__).resolve().parents[2]
 PACKAGES = ("arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")

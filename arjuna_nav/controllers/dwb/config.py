@@ -4,7 +4,16 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import (
+    angle_param,
+    duration_param,
+    fixed,
+    length_param,
+    param,
+    plugin_names,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.base import PluginConfig
@@ -58,12 +67,8 @@ class OscillationConfig:
         "Forward speed above which strafing and turning may change their sign; below 0 at none.",
         unit="m/s",
     )
-    oscillation_reset_dist: float = param(
-        0.05, "Distance after which all is allowed again.", unit="m", minimum=0.0
-    )
-    oscillation_reset_angle: float = param(
-        0.2, "Angle after which all is allowed again.", unit="rad", minimum=0.0
-    )
+    oscillation_reset_dist: float = length_param(0.05, "Distance after which all is allowed again.")
+    oscillation_reset_angle: float = angle_param(0.2, "Angle after which all is allowed again.")
 
 
 @dataclass(frozen=True)
@@ -86,9 +91,7 @@ class AlignConfig:
     """The same of a point ahead of the robot, so that its heading matters."""
 
     scale: float = param(32.0, "Weight.", minimum=0.0)
-    forward_point_distance: float = param(
-        0.1, "How far ahead the point lies.", unit="m", minimum=0.0
-    )
+    forward_point_distance: float = length_param(0.1, "How far ahead the point lies.")
 
 
 @dataclass(frozen=True)
@@ -97,8 +100,8 @@ class PreferForwardConfig:
 
     scale: float = param(5.0, "Weight.", minimum=0.0)
     penalty: float = param(1.0, "Score of driving back or hardly at all.", minimum=0.0)
-    strafe_x: float = param(0.1, "Speed that is hardly forward.", unit="m/s", minimum=0.0)
-    strafe_theta: float = param(0.2, "Yaw rate that excuses it.", unit="rad/s", minimum=0.0)
+    strafe_x: float = speed_param(0.1, "Speed that is hardly forward.")
+    strafe_theta: float = yaw_rate_param(0.2, "Yaw rate that excuses it.")
     theta_scale: float = param(10.0, "Weight of the yaw rate.", minimum=0.0)
 
 
@@ -107,10 +110,10 @@ class DwbConfig(PluginConfig):
     """Parameters of DWB."""
 
     min_vel_x: float = param(0.0, "Least forward speed; negative drives back.", unit="m/s")
-    max_vel_x: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    max_vel_x: float = speed_param(0.5, "Greatest forward speed.")
     min_vel_y: float = param(0.0, "Least speed to the left; negative is right.", unit="m/s")
-    max_vel_y: float = param(0.0, "Greatest speed to the left.", unit="m/s", minimum=0.0)
-    max_vel_theta: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    max_vel_y: float = speed_param(0.0, "Greatest speed to the left.")
+    max_vel_theta: float = yaw_rate_param(1.0, "Greatest yaw rate.")
     min_speed_xy: float = param(
         0.0, "Least speed, unless it turns by min_speed_theta; below 0 any.", unit="m/s"
     )
@@ -131,7 +134,7 @@ class DwbConfig(PluginConfig):
     vx_samples: int = param(20, "Speeds tried, two at least.", minimum=0, maximum=10_000)
     vy_samples: int = param(5, "Speeds to the left tried, two at least.", minimum=0, maximum=10_000)
     vtheta_samples: int = param(20, "Yaw rates tried, two at least.", minimum=0, maximum=10_000)
-    sim_time: float = param(1.7, "Time simulated.", unit="s", minimum=0.01)
+    sim_time: float = duration_param(1.7, "Time simulated.", minimum=0.01)
     trajectory_generator_name: str = param(
         _STANDARD,
         "How velocities are sampled: those within reach of sim_time, driven by accelerating; or"
@@ -143,14 +146,14 @@ class DwbConfig(PluginConfig):
         None, "Period of LimitedAccelGenerator; that of the controller if none.", unit="s"
     )
     discretize_by_time: bool = param(False, "Whether poses are apart by time, else by distance.")
-    time_granularity: float = param(
-        0.5, "Greatest time between two poses, if by time.", unit="s", minimum=0.001
+    time_granularity: float = duration_param(
+        0.5, "Greatest time between two poses, if by time.", minimum=0.001
     )
-    linear_granularity: float = param(
-        0.5, "Greatest distance between two poses.", unit="m", minimum=0.001
+    linear_granularity: float = length_param(
+        0.5, "Greatest distance between two poses.", minimum=0.001
     )
-    angular_granularity: float = param(
-        0.025, "Greatest angle between two poses.", unit="rad", minimum=0.001
+    angular_granularity: float = angle_param(
+        0.025, "Greatest angle between two poses.", minimum=0.001
     )
     include_last_point: bool = param(
         True, "Whether a trajectory's last pose counts twice where all costs do, as Nav2 has it."
@@ -166,18 +169,12 @@ class DwbConfig(PluginConfig):
     shorten_transformed_plan: bool = param(
         True, "Whether forward_prune_distance ends the path that counts, else the costmap does."
     )
-    prune_distance: float = param(
-        2.0, "How far along the path the robot is looked for.", unit="m", minimum=0.0
-    )
-    forward_prune_distance: float = param(
-        2.0, "How much of the path counts.", unit="m", minimum=0.0
-    )
+    prune_distance: float = length_param(2.0, "How far along the path the robot is looked for.")
+    forward_prune_distance: float = length_param(2.0, "How much of the path counts.")
     xy_goal_tolerance: float | None = param(
         None, "Distance that RotateToGoal takes as arrived; the goal checker's if none.", unit="m"
     )
-    trans_stopped_velocity: float = param(
-        0.25, "Speed that counts as standing.", unit="m/s", minimum=0.0
-    )
+    trans_stopped_velocity: float = speed_param(0.25, "Speed that counts as standing.")
     short_circuit_trajectory_evaluation: bool = param(
         True, "Whether the critics stop at a trajectory that is no longer the best."
     )
@@ -192,11 +189,9 @@ class DwbConfig(PluginConfig):
     publish_local_plan: bool = param(True, "Whether `local_plan` shows the best trajectory.")
     publish_trajectories: bool = param(True, "Whether `marker` shows all trajectories.")
     publish_cost_grid_pc: bool = param(False, "Whether `cost_cloud` shows each cell's scores.")
-    marker_lifetime: float = param(
-        0.1, "How long `marker` is shown; 0 for ever.", unit="s", minimum=0.0
-    )
-    default_critic_namespaces: tuple[str, ...] = param(
-        (), "Where critics are looked for, `dwb_critics` if nowhere: all are there.", read_only=True
+    marker_lifetime: float = duration_param(0.1, "How long `marker` is shown; 0 for ever.")
+    default_critic_namespaces: tuple[str, ...] = fixed(
+        (), "Where critics are looked for, `dwb_critics` if nowhere: all are there."
     )
     critics: tuple[str, ...] = plugin_names(_STOCK, "The critics.", CRITICS)
     RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)

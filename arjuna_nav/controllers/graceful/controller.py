@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, length_param, param, speed_param, yaw_rate_param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -35,8 +35,8 @@ from arjuna_nav.planners import path as paths
 class GracefulConfig(PluginConfig):
     """Parameters of the graceful controller, by Nav2's names."""
 
-    min_lookahead: float = param(0.25, "Least distance of the pose aimed at.", unit="m", minimum=0)
-    max_lookahead: float = param(1.0, "Greatest distance of it.", unit="m", minimum=0.0)
+    min_lookahead: float = length_param(0.25, "Least distance of the pose aimed at.")
+    max_lookahead: float = length_param(1.0, "Greatest distance of it.")
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
     )
@@ -44,28 +44,26 @@ class GracefulConfig(PluginConfig):
     k_delta: float = param(1.0, "Gain on the heading.", minimum=0.0)
     beta: float = param(0.4, "How much bends slow down.", minimum=0.0)
     lambda_: float = param(2.0, "How sharply bends slow down.", minimum=0.0)
-    v_linear_min: float = param(0.1, "Least forward speed.", unit="m/s", minimum=0.0)
-    v_linear_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.01)
-    v_angular_max: float = param(1.0, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
-    v_angular_min_in_place: float = param(
-        0.25, "Least yaw rate on the spot.", unit="rad/s", minimum=0.0
-    )
+    v_linear_min: float = speed_param(0.1, "Least forward speed.")
+    v_linear_max: float = speed_param(0.5, "Greatest forward speed.", minimum=0.01)
+    v_angular_max: float = yaw_rate_param(1.0, "Greatest yaw rate.")
+    v_angular_min_in_place: float = yaw_rate_param(0.25, "Least yaw rate on the spot.")
     rotation_scaling_factor: float = param(
         0.5,
         "Yaw rate on the spot by the angle left, in parts of v_angular_max.",
         unit="1/rad",
         minimum=0.0,
     )
-    in_place_collision_resolution: float = param(
-        0.1, "Angle between two poses of a turn that are tested.", unit="rad", minimum=0.001
+    in_place_collision_resolution: float = angle_param(
+        0.1, "Angle between two poses of a turn that are tested.", minimum=0.001
     )
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
-    slowdown_radius: float = param(
-        1.5, "Distance from the goal at which to slow down.", unit="m", minimum=0.01
+    slowdown_radius: float = length_param(
+        1.5, "Distance from the goal at which to slow down.", minimum=0.01
     )
     initial_rotation: bool = param(True, "Whether to turn on the spot towards the path.")
-    initial_rotation_tolerance: float = param(
-        0.75, "Heading error tolerated before that turn.", unit="rad", minimum=0.0
+    initial_rotation_tolerance: float = angle_param(
+        0.75, "Heading error tolerated before that turn."
     )
     allow_backward: bool = param(
         False, "Whether poses behind are driven to in reverse; initial_rotation must be false."

@@ -4,7 +4,15 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import (
+    angle_param,
+    duration_param,
+    length_param,
+    param,
+    plugin_names,
+    speed_param,
+    yaw_rate_param,
+)
 from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.base import PluginConfig
 
@@ -34,8 +42,8 @@ class CriticConfig:
 class NearGoalConfig(CriticConfig):
     """A critic that counts nearer or farther from the goal than a distance."""
 
-    threshold_to_consider: float = param(
-        0.5, "Distance from the goal within which, or beyond which, it counts.", unit="m", minimum=0
+    threshold_to_consider: float = length_param(
+        0.5, "Distance from the goal within which, or beyond which, it counts.", minimum=0
     )
 
 
@@ -54,11 +62,8 @@ class NearObstaclesConfig(CriticConfig):
         "", "The costmap's inflation layer by which costs show distances; its last if empty."
     )
     consider_footprint: bool = param(False, "Whether the outline counts, else the centre.")
-    near_goal_distance: float = param(
-        0.5,
-        "Distance from the goal within which only what is critical counts.",
-        unit="m",
-        minimum=0,
+    near_goal_distance: float = length_param(
+        0.5, "Distance from the goal within which only what is critical counts.", minimum=0
     )
 
 
@@ -81,7 +86,7 @@ class ObstaclesConfig(NearObstaclesConfig):
     repulsion_weight: float = param(1.5, "Weight of being near obstacles.", minimum=0.0)
     critical_weight: float = param(20.0, "Weight within the margin.", minimum=0.0)
     collision_cost: float = param(1e5, "Cost of a collision.", minimum=0.0, maximum=1e12)
-    collision_margin_distance: float = param(0.1, "The margin.", unit="m", minimum=0.0)
+    collision_margin_distance: float = length_param(0.1, "The margin.")
     inflation_cost_scaling_factor: float = param(
         3.0, "The costmap's cost_scaling_factor, where it has none.", unit="1/m", minimum=0.01
     )
@@ -115,9 +120,7 @@ class PathAngleConfig(NearGoalConfig):
     """Scores the angle between a rollout's end and a pose ahead on the path."""
 
     offset_from_furthest: int = param(4, "Poses beyond the farthest reached.", minimum=0)
-    max_angle_to_furthest: float = param(
-        0.785398, "Angle from which it counts.", unit="rad", minimum=0.0
-    )
+    max_angle_to_furthest: float = angle_param(0.785398, "Angle from which it counts.")
     mode: int = param(
         0,
         "0: forwards; 1: whichever is nearer; 2: as the path's poses look. Forwards where vx_min is"
@@ -139,7 +142,7 @@ class DeadbandConfig(CriticConfig):
 class AckermannConfig:
     """Limits of a robot with steered wheels."""
 
-    min_turning_r: float = param(0.2, "Least turning radius.", unit="m", minimum=0.0)
+    min_turning_r: float = length_param(0.2, "Least turning radius.")
 
 
 @dataclass(frozen=True)
@@ -155,31 +158,25 @@ class MppiConfig(PluginConfig):
     """Parameters of MPPI."""
 
     time_steps: int = param(56, "Steps of a rollout.", minimum=2, maximum=2000)
-    model_dt: float = param(0.05, "Time of a step.", unit="s", minimum=0.001, maximum=10.0)
+    model_dt: float = duration_param(0.05, "Time of a step.", minimum=0.001, maximum=10.0)
     batch_size: int = param(1000, "Rollouts.", minimum=1, maximum=100_000)
     iteration_count: int = param(1, "Rounds a command.", minimum=1, maximum=1000)
     temperature: float = param(0.3, "How little the costs decide.", minimum=1e-3)
     gamma: float = param(0.015, "Weight of smoothness against the costs.", minimum=0.0)
-    vx_max: float = param(0.5, "Greatest forward speed.", unit="m/s", minimum=0.0)
+    vx_max: float = speed_param(0.5, "Greatest forward speed.")
     vx_min: float = param(-0.35, "Least forward speed; negative drives back.", unit="m/s")
-    vy_max: float = param(0.5, "Greatest speed sideways, of Omni.", unit="m/s", minimum=0.0)
-    wz_max: float = param(1.9, "Greatest yaw rate.", unit="rad/s", minimum=0.0)
+    vy_max: float = speed_param(0.5, "Greatest speed sideways, of Omni.")
+    wz_max: float = yaw_rate_param(1.9, "Greatest yaw rate.")
     ax_max: float = param(3.0, "Acceleration; of either sign.", unit="m/s^2")
     ax_min: float = param(-3.0, "Deceleration, below 0; of either sign.", unit="m/s^2")
     ay_max: float = param(3.0, "Acceleration to the left, of Omni.", unit="m/s^2")
     ay_min: float = param(-3.0, "Acceleration to the right, below 0.", unit="m/s^2")
     az_max: float = param(3.5, "Change of the yaw rate.", unit="rad/s^2", minimum=0.0)
-    vx_std: float = param(0.2, "Deviation of the speeds tried.", unit="m/s", minimum=0.0)
-    vy_std: float = param(
-        0.2, "Deviation of the speeds sideways, of Omni.", unit="m/s", minimum=0.0
-    )
-    wz_std: float = param(0.4, "Deviation of the yaw rates tried.", unit="rad/s", minimum=0.0)
-    noise_time: float = param(
-        0.3,
-        "Correlation time of the noise; 0 for Nav2's white noise.",
-        unit="s",
-        minimum=0,
-        theirs=0.0,
+    vx_std: float = speed_param(0.2, "Deviation of the speeds tried.")
+    vy_std: float = speed_param(0.2, "Deviation of the speeds sideways, of Omni.")
+    wz_std: float = yaw_rate_param(0.4, "Deviation of the yaw rates tried.")
+    noise_time: float = duration_param(
+        0.3, "Correlation time of the noise; 0 for Nav2's white noise.", minimum=0, theirs=0.0
     )
     motion_model: str = param(
         "DiffDrive",
@@ -187,11 +184,8 @@ class MppiConfig(PluginConfig):
         choices=("DiffDrive", "Omni", "Ackermann"),
     )
     AckermannConstraints: AckermannConfig = field(default_factory=AckermannConfig)
-    prune_distance: float = param(
-        1.5,
-        "How much of the path counts; as much as the rollouts can reach at the least.",
-        unit="m",
-        minimum=0.0,
+    prune_distance: float = length_param(
+        1.5, "How much of the path counts; as much as the rollouts can reach at the least."
     )
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"
@@ -199,18 +193,15 @@ class MppiConfig(PluginConfig):
     enforce_path_inversion: bool = param(
         False, "Whether a path that changes its direction is followed part by part."
     )
-    inversion_xy_tolerance: float = param(
-        0.2, "Distance from a part's end within which the next begins.", unit="m", minimum=0.0
+    inversion_xy_tolerance: float = length_param(
+        0.2, "Distance from a part's end within which the next begins."
     )
-    inversion_yaw_tolerance: float = param(
-        0.4, "Angle from its heading within which it does.", unit="rad", minimum=0.0
+    inversion_yaw_tolerance: float = angle_param(
+        0.4, "Angle from its heading within which it does."
     )
     retry_attempt_limit: int = param(1, "Further tries where every rollout collides.", minimum=0)
-    reset_period: float = param(
-        1.0,
-        "Time without a command after which it forgets the controls found.",
-        unit="s",
-        minimum=0.0,
+    reset_period: float = duration_param(
+        1.0, "Time without a command after which it forgets the controls found."
     )
     visualize: bool = param(
         False,

@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Bools, Bytes, Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, length_param, param
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2, wrap
 from arjuna_core.transforms import TransformError
@@ -26,18 +26,16 @@ class ContactConfig:
     """Parameters of the contact layer."""
 
     enabled: bool = param(True, "Whether the layer takes part.", theirs=False)
-    topic: str = param(
-        "cmd_vel", "Commands by which the robot drives.", read_only=True, of_robot="cmd_vel_topic"
-    )
-    enable_stamped_cmd_vel: bool = param(False, "Whether they are TwistStamped.", read_only=True)
+    topic: str = fixed("cmd_vel", "Commands by which the robot drives.", of_robot="cmd_vel_topic")
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether they are TwistStamped.")
     fixed_frame: str = param(
         "map", "Frame in which the robot stands still, though its wheels slip."
     )
-    commanded_distance: float = param(
-        0.3, "Distance commanded after which it is stopped.", unit="m", minimum=0.05
+    commanded_distance: float = length_param(
+        0.3, "Distance commanded after which it is stopped.", minimum=0.05
     )
-    moved_distance: float = param(0.05, "If it has moved by less.", unit="m", minimum=0.005)
-    memory: float = param(300.0, "How long a contact is marked; 0 for ever.", unit="s", minimum=0.0)
+    moved_distance: float = length_param(0.05, "If it has moved by less.", minimum=0.005)
+    memory: float = duration_param(300.0, "How long a contact is marked; 0 for ever.")
 
 
 class ContactLayer(Layer):

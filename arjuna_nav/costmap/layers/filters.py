@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bools, Bytes
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import INSCRIBED, LETHAL, MAX_NON_OBSTACLE, UNKNOWN
 from arjuna_nav.costmap.layers.base import Input, Master, absolute, combine
@@ -24,9 +24,7 @@ class FilterConfig:
     """Parameters of every filter."""
 
     enabled: bool = param(True, "Whether the filter takes part.")
-    filter_info_topic: str = param(
-        "", "Topic of the message that says where its mask is.", read_only=True
-    )
+    filter_info_topic: str = fixed("", "Topic of the message that says where its mask is.")
     transform_tolerance: float = param(
         0.1, "Unused: the latest transform is taken, and nothing waits for it.", unit="s"
     )
@@ -190,7 +188,7 @@ def _costs_of(data: NDArray[Any]) -> Bytes:
 class SpeedConfig(FilterConfig):
     """Parameters of the speed filter."""
 
-    speed_limit_topic: str = param("speed_limit", "Topic of the limits.", read_only=True)
+    speed_limit_topic: str = fixed("speed_limit", "Topic of the limits.")
 
 
 @dataclass(frozen=True)
@@ -243,7 +241,7 @@ class BinaryConfig(FilterConfig):
     """Parameters of the binary filter."""
 
     default_state: bool = param(False, "State outside the zones.")
-    binary_state_topic: str = param("binary_state", "Topic of the state.", read_only=True)
+    binary_state_topic: str = fixed("binary_state", "Topic of the state.")
     flip_threshold: float = param(50.0, "Value from beyond which on the state is the other.")
 
 

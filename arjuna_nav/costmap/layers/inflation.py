@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from arjuna_core.arrays import Bytes, Floats
-from arjuna_core.config import param
+from arjuna_core.config import length_param, param
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.inflation import Inflation, clearances, cost_at_distance
 from arjuna_nav.costmap.layers.base import Layer, Master
@@ -18,8 +18,8 @@ class InflationConfig:
     """Parameters of the inflation layer."""
 
     enabled: bool = param(True, "Whether the layer takes part.")
-    inflation_radius: float = param(
-        0.55, "Distance over which cost is spread.", unit="m", minimum=0.0, maximum=20.0
+    inflation_radius: float = length_param(
+        0.55, "Distance over which cost is spread.", maximum=20.0
     )
     cost_scaling_factor: float = param(
         10.0, "Decay of the cost beyond the inscribed radius.", unit="1/m", minimum=0.0

@@ -8,7 +8,7 @@ from typing import Any, Generic, TypeVar
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, length_param, param
 from arjuna_core.plugins import NamedConfigs, names_in
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Cloud, RangeReading, Scan
@@ -19,25 +19,18 @@ from arjuna_core.se2 import SE2
 class SensorSource:
     """Parameters of one source of a layer, of whatever marks and clears."""
 
-    topic: str = param(
-        "",
-        "Topic of the data; by default the source's name.",
-        read_only=True,
-        of_robot="scan_topic",
+    topic: str = fixed(
+        "", "Topic of the data; by default the source's name.", of_robot="scan_topic"
     )
-    sensor_frame: str = param(
-        "", "Where its rays start; empty for the frame of its messages.", read_only=True
-    )
-    data_type: str = param(
-        "LaserScan", "Type of the data.", choices=("LaserScan", "PointCloud2"), read_only=True
-    )
+    sensor_frame: str = fixed("", "Where its rays start; empty for the frame of its messages.")
+    data_type: str = fixed("LaserScan", "Type of the data.", choices=("LaserScan", "PointCloud2"))
     marking: bool = param(True, "Whether returns mark obstacles.")
     clearing: bool = param(False, "Whether rays clear obstacles.")
-    observation_persistence: float = param(
-        0.0, "How long what is seen counts again; 0 for the latest alone.", unit="s", minimum=0.0
+    observation_persistence: float = duration_param(
+        0.0, "How long what is seen counts again; 0 for the latest alone."
     )
-    expected_update_rate: float = param(
-        0.0, "Longest silence allowed, as Nav2 names it; 0 allows any.", unit="s", minimum=0.0
+    expected_update_rate: float = duration_param(
+        0.0, "Longest silence allowed, as Nav2 names it; 0 allows any."
     )
     inf_is_valid: bool = param(False, "Whether a beam without return clears its ray.")
     inf_marks: bool = param(
@@ -59,10 +52,10 @@ class SensorSource:
 class SourceConfig(SensorSource):
     """Parameters of one source of an obstacle layer, whose rays clear."""
 
-    obstacle_max_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
-    obstacle_min_range: float = param(0.0, "Shortest range that marks.", unit="m", minimum=0.0)
-    raytrace_max_range: float = param(3.0, "Longest range cleared.", unit="m", minimum=0.0)
-    raytrace_min_range: float = param(0.0, "Shortest range cleared.", unit="m", minimum=0.0)
+    obstacle_max_range: float = length_param(2.5, "Longest range that marks.")
+    obstacle_min_range: float = length_param(0.0, "Shortest range that marks.")
+    raytrace_max_range: float = length_param(3.0, "Longest range cleared.")
+    raytrace_min_range: float = length_param(0.0, "Shortest range cleared.")
 
     @property
     def ranges(self) -> tuple[float, float, float, float]:

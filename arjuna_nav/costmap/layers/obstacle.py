@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Bytes, Floats, Ints
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
 from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute, combine
@@ -49,12 +49,10 @@ class ObstacleConfig:
         " 2 the greater where theirs are known.",
         choices=(0, 1, 2),
     )
-    moving_time: float = param(
+    moving_time: float = duration_param(
         1.5,
         "How far ahead the paths of what moves cost, and its old marks fade; 0 takes all for"
         " standing, and of each source the latest alone, as Nav2.",
-        unit="s",
-        minimum=0.0,
         theirs=0.0,
     )
     observation_sources: str = plugin_names("", "The sources, in a text.", SOURCES)

@@ -10,7 +10,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Bytes, Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param, share_param
 from arjuna_core.scan import RangeReading
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN
@@ -27,25 +27,19 @@ class RangeConfig:
     """Parameters of the range sensor layer."""
 
     enabled: bool = param(True, "Whether the layer takes part.")
-    topics: tuple[str, ...] = param((), "Topics of the readings.", read_only=True)
+    topics: tuple[str, ...] = fixed((), "Topics of the readings.")
     input_sensor_type: str = param(
         "ALL",
         "Which readings are taken: VARIABLE distances, those of a FIXED one, or both.",
         choices=("ALL", "VARIABLE", "FIXED"),
     )
     phi: float = param(1.2, "Distance beyond which a sensor is believed less.", unit="m")
-    inflate_cone: float = param(
-        1.0, "Share of a cone's area that cells may lie beside it.", minimum=0.0, maximum=1.0
-    )
-    clear_threshold: float = param(
-        0.2, "Probability below which a cell is free.", minimum=0.0, maximum=1.0
-    )
-    mark_threshold: float = param(
-        0.8, "Probability above which a cell is lethal.", minimum=0.0, maximum=1.0
-    )
+    inflate_cone: float = share_param(1.0, "Share of a cone's area that cells may lie beside it.")
+    clear_threshold: float = share_param(0.2, "Probability below which a cell is free.")
+    mark_threshold: float = share_param(0.8, "Probability above which a cell is lethal.")
     clear_on_max_reading: bool = param(False, "Whether a reading of nothing frees its cone.")
-    no_readings_timeout: float = param(
-        0.0, "Longest silence of all sensors allowed; 0 allows any.", unit="s", minimum=0.0
+    no_readings_timeout: float = duration_param(
+        0.0, "Longest silence of all sensors allowed; 0 allows any."
     )
 
 

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats, Ints
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import angle_param, fixed, length_param, param, plugin_names
 from arjuna_core.plugins import NamedConfigs
 from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
@@ -28,17 +28,15 @@ _HALF, _MASK = 1 << (_BITS - 1), (1 << _BITS) - 1
 class FadingSource(SensorSource):
     """Parameters of one source: what it marks, and the frustum in which marks fade sooner."""
 
-    data_type: str = param(
-        "PointCloud2", "Type of the data.", choices=("LaserScan", "PointCloud2"), read_only=True
-    )
+    data_type: str = fixed("PointCloud2", "Type of the data.", choices=("LaserScan", "PointCloud2"))
     enabled: bool = param(True, "Whether the source counts; `toggle_enabled` switches it.")
     max_obstacle_height: float = param(3.0, "Highest point that is used.", unit="m")
-    obstacle_range: float = param(2.5, "Longest range that marks.", unit="m", minimum=0.0)
-    min_z: float = param(0.0, "Shortest range seen.", unit="m", minimum=0.0)
-    max_z: float = param(10.0, "Longest range seen.", unit="m", minimum=0.0)
-    vertical_fov_angle: float = param(0.7, "Angle seen up and down.", unit="rad", minimum=0.0)
+    obstacle_range: float = length_param(2.5, "Longest range that marks.")
+    min_z: float = length_param(0.0, "Shortest range seen.")
+    max_z: float = length_param(10.0, "Longest range seen.")
+    vertical_fov_angle: float = angle_param(0.7, "Angle seen up and down.")
     vertical_fov_padding: float = param(0.0, "Height a lidar misses within.", unit="m")
-    horizontal_fov_angle: float = param(1.04, "Angle seen sideways.", unit="rad", minimum=0.0)
+    horizontal_fov_angle: float = angle_param(1.04, "Angle seen sideways.")
     decay_acceleration: float = param(
         0.0, "How much sooner marks fade that it looks at.", unit="1/s^2", minimum=0.0
     )
@@ -66,7 +64,7 @@ class FadingConfig:
         " them, -1 not by themselves.",
         choices=(-1, 0, 1),
     )
-    voxel_size: float = param(0.05, "Edge of a voxel.", unit="m", minimum=0.005)
+    voxel_size: float = length_param(0.05, "Edge of a voxel.", minimum=0.005)
     mark_threshold: int = param(0, "Marked voxels above a cell that make it lethal.", minimum=0)
     track_unknown_space: bool = param(True, "Whether unmarked cells are as the layers before say.")
     update_footprint_enabled: bool = param(True, "Whether cells under the robot are set free.")
@@ -74,7 +72,7 @@ class FadingConfig:
         1, "How its costs combine with those before: 0 its own, 1 the greater.", choices=(0, 1, 2)
     )
     mapping_mode: bool = param(False, "Whether nothing fades.")
-    publish_voxel_map: bool = param(False, "Whether the voxels are published.", read_only=True)
+    publish_voxel_map: bool = fixed(False, "Whether the voxels are published.")
     observation_sources: str = plugin_names(
         "", "The sources, in a text.", NamedConfigs(FadingSource, "topic")
     )

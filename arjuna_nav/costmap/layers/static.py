@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bools, Bytes, Floats
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
@@ -27,12 +27,10 @@ class StaticConfig:
     """Parameters of the static layer."""
 
     enabled: bool = param(True, "Whether the layer takes part.")
-    map_topic: str = param("", "Topic of the map; empty takes the costmap's own.", read_only=True)
-    map_subscribe_transient_local: bool = param(
-        True, "Whether the map's publisher latches.", read_only=True
-    )
-    subscribe_to_updates: bool = param(
-        False, "Whether to take parts of the map from its topic with '_updates'.", read_only=True
+    map_topic: str = fixed("", "Topic of the map; empty takes the costmap's own.")
+    map_subscribe_transient_local: bool = fixed(True, "Whether the map's publisher latches.")
+    subscribe_to_updates: bool = fixed(
+        False, "Whether to take parts of the map from its topic with '_updates'."
     )
     transform_tolerance: float = param(
         0.0, "Unused: the latest transform is taken, and nothing waits for it.", unit="s"

@@ -11,7 +11,7 @@ from numba import njit
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bytes, Floats, Ints
-from arjuna_core.config import param
+from arjuna_core.config import fixed, length_param, param
 from arjuna_core.grid import GridFrame
 from arjuna_nav.costmap.costmap import FREE, LETHAL, UNKNOWN, blended
 from arjuna_nav.costmap.layers.base import Master, moved
@@ -32,7 +32,7 @@ class VoxelConfig(ObstacleConfig):
     """Parameters of the voxel layer; those of each source stand below its name."""
 
     origin_z: float = param(0.0, "Height of the lowest voxel.", unit="m")
-    z_resolution: float = param(0.2, "Height of a voxel.", unit="m", minimum=0.01)
+    z_resolution: float = length_param(0.2, "Height of a voxel.", minimum=0.01)
     z_voxels: int = param(
         10, "Voxels one above the other; more than 32 count as 32, of which Nav2 has 16.", minimum=1
     )
@@ -42,7 +42,7 @@ class VoxelConfig(ObstacleConfig):
     mark_threshold: int = param(
         0, "Marked voxels above a cell that is yet free.", minimum=0, maximum=32
     )
-    publish_voxel_map: bool = param(False, "Whether the voxels are published.", read_only=True)
+    publish_voxel_map: bool = fixed(False, "Whether the voxels are published.")
 
 
 class VoxelLayer(ObstacleLayer):

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, fixed, param, plugin_names
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps_folder import path_in_folder
 from arjuna_core.ros.convert import se2_from_pose
@@ -28,8 +28,8 @@ from arjuna_nav.docking.docking import Docking, DockingConfig, DockingError, Und
 class DockingServerConfig(DockingConfig):
     """Parameters of the node `docking_server`, by Nav2's names."""
 
-    base_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    fixed_frame: str = param("odom", "Frame to approach in; smooth, not the map's.", read_only=True)
+    base_frame: str = fixed("base_link", "Frame of the robot.")
+    fixed_frame: str = fixed("odom", "Frame to approach in; smooth, not the map's.")
     dock_plugins: tuple[str, ...] = plugin_names(
         ("simple_charging_dock",), "The kinds of docks.", DOCK_TYPES
     )
@@ -37,12 +37,10 @@ class DockingServerConfig(DockingConfig):
     dock_database: str = param("", "File of docks, instead of 'docks'.", path=True)
     dock_folder: str = param(".", "Folder that reload_database may read from.", path=True)
     navigator_bt_xml: str = param("", "Behavior tree that drives to a staging pose.", path=True)
-    transform_tolerance: float = param(
-        0.3, "Greatest age of the robot's pose.", unit="s", minimum=0.0
-    )
-    costmap_update_timeout: float = param(1.0, "How old the costmap may be.", unit="s", minimum=0.0)
-    cmd_vel_topic: str = param("cmd_vel", "Topic of what to drive.", read_only=True)
-    enable_stamped_cmd_vel: bool = param(False, "Whether cmd_vel is TwistStamped.", read_only=True)
+    transform_tolerance: float = duration_param(0.3, "Greatest age of the robot's pose.")
+    costmap_update_timeout: float = duration_param(1.0, "How old the costmap may be.")
+    cmd_vel_topic: str = fixed("cmd_vel", "Topic of what to drive.")
+    enable_stamped_cmd_vel: bool = fixed(False, "Whether cmd_vel is TwistStamped.")
 
 
 class DockBook:

@@ -7,7 +7,7 @@ from typing import Any
 
 from sensor_msgs.msg import NavSatFix, NavSatStatus
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.geodesy import GeoPoint, MapOnEarth
 from arjuna_core.ros import qos
@@ -24,16 +24,15 @@ class GpsError(ArjunaError):
 class GpsConfig:
     """The map's datum on the earth; `datum` is as robot_localization's navsat_transform has it."""
 
-    datum: tuple[float, ...] = param(
+    datum: tuple[float, ...] = fixed(
         (),
         "Latitude and longitude [degree] of the map's origin, and the direction of its x axis "
         "counter-clockwise from east [rad]; empty: the first fix says where the robot is.",
-        read_only=True,
     )
     heading: float = param(
         0.0, "Direction of the map's x axis from east, where there is no datum.", unit="rad"
     )
-    fix_topic: str = param("gps/fix", "Topic of the receiver's fixes.", read_only=True)
+    fix_topic: str = fixed("gps/fix", "Topic of the receiver's fixes.")
 
     def __post_init__(self) -> None:
         if len(self.datum) not in (0, 3):

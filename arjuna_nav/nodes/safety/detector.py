@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 from nav2_msgs.msg import CollisionDetectorState
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.twist import STILL
@@ -18,7 +18,7 @@ from arjuna_nav.safety.sight import Sight
 class CollisionDetectorConfig(WatchConfig):
     """Parameters of the node `collision_detector`, by Nav2's names."""
 
-    frequency: float = param(10.0, "States a second.", unit="Hz", minimum=0.1, read_only=True)
+    frequency: float = fixed(10.0, "States a second.", unit="Hz", minimum=0.1)
 
 
 class CollisionDetectorNode(ManagedNode):

@@ -14,7 +14,7 @@ from nav2_msgs.msg import Costmap
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, fixed, length_param, param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
@@ -32,7 +32,7 @@ from arjuna_nav.safety.sight import Sight, along_edges, on_arc
 class SourceConfig:
     """One source, by Nav2's names."""
 
-    topic: str = param("scan", "Its topic; empty: the robot's scan.", read_only=True)
+    topic: str = fixed("scan", "Its topic; empty: the robot's scan.")
     enabled: bool = param(True, "Whether it counts.")
     source_timeout: float = param(
         -1.0, "How old a message may be; 0: any age; below 0: the node's.", unit="s", minimum=-1.0
@@ -191,7 +191,7 @@ class PointCloudConfig(SourceConfig):
 
     min_height: float = param(0.05, "Least height above the base frame.", unit="m")
     max_height: float = param(0.5, "Greatest height above it.", unit="m")
-    min_range: float = param(0.0, "Least distance from the sensor.", unit="m", minimum=0.0)
+    min_range: float = length_param(0.0, "Least distance from the sensor.")
     use_global_height: bool = param(False, "Whether the cloud's field 'height' is the height.")
 
 
@@ -219,8 +219,8 @@ class PointCloudSource(Source):
 class RangeConfig(SourceConfig):
     """A source of ranges."""
 
-    obstacles_angle: float = param(
-        math.pi / 180.0, "Between two points of its cone.", unit="rad", minimum=1e-4
+    obstacles_angle: float = angle_param(
+        math.pi / 180.0, "Between two points of its cone.", minimum=1e-4
     )
 
 
@@ -249,7 +249,7 @@ class RangeSource(Source):
 class PolygonSourceConfig(SourceConfig):
     """A source of polygons."""
 
-    sampling_distance: float = param(0.1, "Between two points of an edge.", unit="m", minimum=1e-3)
+    sampling_distance: float = length_param(0.1, "Between two points of an edge.", minimum=1e-3)
 
 
 class PolygonSource(Source):

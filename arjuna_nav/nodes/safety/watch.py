@@ -11,7 +11,7 @@ from geometry_msgs.msg import PolygonStamped
 from std_msgs.msg import Float32
 from visualization_msgs.msg import MarkerArray
 
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import duration_param, fixed, param, plugin_names
 from arjuna_core.errors import ConfigError, nearest
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
@@ -38,20 +38,16 @@ class WatchConfig(MonitorConfig):
     """
 
     observation_sources: tuple[str, ...] = plugin_names((), "What sees.", SOURCES)
-    base_frame_id: str = param(
-        "", "Frame of the robot; empty: the local costmap's.", read_only=True
+    base_frame_id: str = fixed("", "Frame of the robot; empty: the local costmap's.")
+    odom_frame_id: str = fixed(
+        "", "Frame in which what is seen stays put; empty: the local costmap's."
     )
-    odom_frame_id: str = param(
-        "", "Frame in which what is seen stays put; empty: the local costmap's.", read_only=True
+    transform_tolerance: float = duration_param(
+        0.1, "By how much transforms may be older than what is seen."
     )
-    transform_tolerance: float = param(
-        0.1, "By how much transforms may be older than what is seen.", unit="s", minimum=0.0
-    )
-    source_timeout: float = param(
-        2.0, "How old what a source says may be; 0: any age.", unit="s", minimum=0.0
-    )
-    base_shift_correction: bool = param(
-        True, "Whether what was seen is moved to where the robot is now.", read_only=True
+    source_timeout: float = duration_param(2.0, "How old what a source says may be; 0: any age.")
+    base_shift_correction: bool = fixed(
+        True, "Whether what was seen is moved to where the robot is now."
     )
     brake_before_source_timeout: bool = param(
         False,
@@ -59,9 +55,7 @@ class WatchConfig(MonitorConfig):
         "which then is never less than 2.5 of a source's periods; Nav2 stops at once.",
         theirs=False,
     )
-    scan_topic: str = param(
-        "", "Topic of sources that name none; empty: the local costmap's scan.", read_only=True
-    )
+    scan_topic: str = fixed("", "Topic of sources that name none; empty: the local costmap's scan.")
 
     def __post_init__(self) -> None:
         super().__post_init__()

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 from PIL import Image as Picture
 from sensor_msgs.msg import Image
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.whole_file import write_atomically
 from arjuna_core.pixels import pixels
@@ -25,7 +25,7 @@ class PhotoConfig:
     """Parameters of a picture."""
 
     enabled: bool = param(True, "Whether to take one.")
-    image_topic: str = param("/camera/color/image_raw", "The camera's topic.", read_only=True)
+    image_topic: str = fixed("/camera/color/image_raw", "The camera's topic.")
     save_dir: str = param(
         "/tmp/waypoint_images",  # noqa: S108 - Nav2's default, which is refused here
         "Folder of the pictures, below your home or the working folder.",

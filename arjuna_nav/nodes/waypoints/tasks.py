@@ -7,7 +7,7 @@ from typing import Any, ClassVar, Protocol
 
 from std_msgs.msg import Empty
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
@@ -69,10 +69,8 @@ class InputConfig:
     """Parameters of a wait for a message."""
 
     enabled: bool = param(True, "Whether to wait.")
-    timeout: float = param(10.0, "How long to wait.", unit="s", minimum=0.0)
-    input_topic: str = param(
-        "input_at_waypoint/input", "Topic of the message, a std_msgs/Empty.", read_only=True
-    )
+    timeout: float = duration_param(10.0, "How long to wait.")
+    input_topic: str = fixed("input_at_waypoint/input", "Topic of the message, a std_msgs/Empty.")
 
 
 class InputAtWaypoint:

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import ClassVar
 
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, fixed, yaw_rate_param
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
@@ -16,25 +16,17 @@ from arjuna_sim.model.urdf import Urdf
 class ImuConfig:
     """Errors of a low-cost MEMS unit."""
 
-    gyro_noise: float = param(
-        0.002, "Standard deviation of a turn rate.", unit="rad/s", minimum=0.0, read_only=True
+    gyro_noise: float = yaw_rate_param(0.002, "Standard deviation of a turn rate.", read_only=True)
+    gyro_bias_walk: float = fixed(
+        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0
     )
-    gyro_bias_walk: float = param(
-        1e-5, "Growth of the gyros' bias.", unit="rad/s/sqrt(s)", minimum=0.0, read_only=True
+    accel_noise: float = fixed(
+        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0
     )
-    accel_noise: float = param(
-        0.02, "Standard deviation of an acceleration.", unit="m/s^2", minimum=0.0, read_only=True
+    accel_bias_walk: float = fixed(
+        1e-4, "Growth of the accelerometers' bias.", unit="m/s^2/sqrt(s)", minimum=0.0
     )
-    accel_bias_walk: float = param(
-        1e-4,
-        "Growth of the accelerometers' bias.",
-        unit="m/s^2/sqrt(s)",
-        minimum=0.0,
-        read_only=True,
-    )
-    tilt_noise: float = param(
-        0.002, "Standard deviation of roll and pitch.", unit="rad", minimum=0.0, read_only=True
-    )
+    tilt_noise: float = angle_param(0.002, "Standard deviation of roll and pitch.", read_only=True)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, share_param
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import plain
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
@@ -28,26 +28,20 @@ _LEVEL, _TILTED = math.radians(15.0), math.radians(45.0)
 class LidarConfig:
     """Errors of the lidar."""
 
-    noise: float = param(
+    noise: float = fixed(
         -1.0,
         "Standard deviation of a range; below 0 takes that of the robot's file.",
         unit="m",
         minimum=-1.0,
         maximum=1.0,
-        read_only=True,
     )
-    dropout: float = param(
-        0.0,
-        "Part of the beams that return nothing, read as +inf.",
-        minimum=0.0,
-        maximum=1.0,
-        read_only=True,
+    dropout: float = share_param(
+        0.0, "Part of the beams that return nothing, read as +inf.", read_only=True
     )
-    sweep: bool = param(
+    sweep: bool = fixed(
         False,
         "Whether each beam is cast at its own instant while the robot moves, as a turning lidar's;"
         " else all at once.",
-        read_only=True,
     )
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_sim.fusion.estimator import Control
 from arjuna_sim.fusion.filters import Noise
@@ -90,26 +90,23 @@ class FilterConfig:
     """Parameters of `ekf_node`; each sensor adds its own, as `odom0` and `odom0_config`."""
 
     frequency: float = param(30.0, "Rate of the output.", unit="Hz", minimum=0.1, maximum=1000.0)
-    sensor_timeout: float = param(
-        0.0,
-        "Silence after which the state is predicted on; 0 for one period.",
-        unit="s",
-        minimum=0.0,
+    sensor_timeout: float = duration_param(
+        0.0, "Silence after which the state is predicted on; 0 for one period."
     )
-    two_d_mode: bool = param(False, "Whether the robot stays in the plane.", read_only=True)
-    map_frame: str = param("map", "Frame of the map.", read_only=True)
-    odom_frame: str = param("odom", "Frame of odometry.", read_only=True)
-    base_link_frame: str = param("base_link", "Frame of the robot.", read_only=True)
-    base_link_frame_output: str = param(
-        "", "Frame of the robot in the output; empty for base_link_frame.", read_only=True
+    two_d_mode: bool = fixed(False, "Whether the robot stays in the plane.")
+    map_frame: str = fixed("map", "Frame of the map.")
+    odom_frame: str = fixed("odom", "Frame of odometry.")
+    base_link_frame: str = fixed("base_link", "Frame of the robot.")
+    base_link_frame_output: str = fixed(
+        "", "Frame of the robot in the output; empty for base_link_frame."
     )
-    world_frame: str = param(
-        "", "map_frame or odom_frame, in which the state is; empty for odom_frame.", read_only=True
+    world_frame: str = fixed(
+        "", "map_frame or odom_frame, in which the state is; empty for odom_frame."
     )
-    odom_topic: str = param("odometry/filtered", "Topic of the output.", read_only=True)
+    odom_topic: str = fixed("odometry/filtered", "Topic of the output.")
     publish_tf: bool = param(True, "Whether the transform into the world frame is published.")
-    publish_acceleration: bool = param(
-        False, "Whether accelerations are published on accel/filtered.", read_only=True
+    publish_acceleration: bool = fixed(
+        False, "Whether accelerations are published on accel/filtered."
     )
     permit_corrected_publication: bool = param(
         False, "Whether a time's output may be published once more, corrected."
@@ -118,50 +115,46 @@ class FilterConfig:
         0.0, "What is added to the transform's stamp.", unit="s", minimum=-10.0, maximum=10.0
     )
     reset_on_time_jump: bool = param(False, "Whether a clock that is set back resets the filter.")
-    predict_to_current_time: bool = param(
-        False, "Whether the output is predicted up to its time of publication.", read_only=True
+    predict_to_current_time: bool = fixed(
+        False, "Whether the output is predicted up to its time of publication."
     )
-    smooth_lagged_data: bool = param(
-        False, "Whether measurements that come late count at their own time.", read_only=True
+    smooth_lagged_data: bool = fixed(
+        False, "Whether measurements that come late count at their own time."
     )
-    history_length: float = param(
-        0.0, "How late they may come.", unit="s", minimum=0.0, maximum=600.0, read_only=True
+    history_length: float = duration_param(
+        0.0, "How late they may come.", maximum=600.0, read_only=True
     )
-    disabled_at_startup: bool = param(
-        False, "Whether the filter waits for the service enable.", read_only=True
-    )
+    disabled_at_startup: bool = fixed(False, "Whether the filter waits for the service enable.")
     gravitational_acceleration: float = param(
         9.80665, "Gravity.", unit="m/s^2", minimum=0.0, maximum=100.0
     )
-    use_control: bool = param(False, "Whether velocity commands predict.", read_only=True)
-    stamped_control: bool = param(False, "Whether they are TwistStamped.", read_only=True)
-    control_timeout: float = param(
-        0.0, "Age at which a command counts as 0.", unit="s", minimum=0.0, read_only=True
+    use_control: bool = fixed(False, "Whether velocity commands predict.")
+    stamped_control: bool = fixed(False, "Whether they are TwistStamped.")
+    control_timeout: float = duration_param(
+        0.0, "Age at which a command counts as 0.", read_only=True
     )
-    control_config: tuple[bool, ...] = param(
-        (False,) * 6, "Which velocities are commanded.", read_only=True
+    control_config: tuple[bool, ...] = fixed((False,) * 6, "Which velocities are commanded.")
+    acceleration_limits: tuple[float, ...] = fixed(
+        (1.0,) * 6, "Greatest accelerations.", unit="m/s^2, rad/s^2"
     )
-    acceleration_limits: tuple[float, ...] = param(
-        (1.0,) * 6, "Greatest accelerations.", unit="m/s^2, rad/s^2", read_only=True
+    deceleration_limits: tuple[float, ...] = fixed(
+        (), "Greatest decelerations; empty for those.", unit="m/s^2, rad/s^2"
     )
-    deceleration_limits: tuple[float, ...] = param(
-        (), "Greatest decelerations; empty for those.", unit="m/s^2, rad/s^2", read_only=True
+    acceleration_gains: tuple[float, ...] = fixed(
+        (1.0,) * 6, "Acceleration per difference of velocity.", unit="1/s"
     )
-    acceleration_gains: tuple[float, ...] = param(
-        (1.0,) * 6, "Acceleration per difference of velocity.", unit="1/s", read_only=True
+    deceleration_gains: tuple[float, ...] = fixed(
+        (), "The same when slowing down; empty for those.", unit="1/s"
     )
-    deceleration_gains: tuple[float, ...] = param(
-        (), "The same when slowing down; empty for those.", unit="1/s", read_only=True
+    initial_state: tuple[float, ...] = fixed((0.0,) * SIZE, "The first state.")
+    initial_estimate_covariance: tuple[float, ...] = fixed(
+        (1e-9,) * SIZE, "Its covariance: 15 variances, or 225 numbers."
     )
-    initial_state: tuple[float, ...] = param((0.0,) * SIZE, "The first state.", read_only=True)
-    initial_estimate_covariance: tuple[float, ...] = param(
-        (1e-9,) * SIZE, "Its covariance: 15 variances, or 225 numbers.", read_only=True
+    process_noise_covariance: tuple[float, ...] = fixed(
+        _NOISE, "What is added to it in a second, likewise."
     )
-    process_noise_covariance: tuple[float, ...] = param(
-        _NOISE, "What is added to it in a second, likewise.", read_only=True
-    )
-    dynamic_process_noise_covariance: bool = param(
-        False, "Whether that of the pose grows with the velocity.", read_only=True
+    dynamic_process_noise_covariance: bool = fixed(
+        False, "Whether that of the pose grows with the velocity."
     )
 
     @classmethod
@@ -250,10 +243,10 @@ def square(values: tuple[float, ...]) -> Floats:
 def _with_sensors(cls: Any, sensors: tuple[tuple[str, str], ...]) -> Any:
     fields: list[tuple[str, Any, Any]] = []
     for name, kind in sensors:
-        mask = param((False,) * SIZE, "Which of the 15 states it measures.", read_only=True)
-        size = param(10, "Messages that may wait.", minimum=0, maximum=10000, read_only=True)
+        mask = fixed((False,) * SIZE, "Which of the 15 states it measures.")
+        size = fixed(10, "Messages that may wait.", minimum=0, maximum=10000)
         own = {"config": (tuple[bool, ...], mask), "queue_size": (int, size), **_OF_KIND[kind]}
-        topic = param("", f"Topic of the {kind} messages.", read_only=True)
+        topic = fixed("", f"Topic of the {kind} messages.")
         fields.append((name, str, topic))
         for key, (hint, item) in own.items():  # a field is of one class
             fresh = dataclasses.field(default=item.default, metadata=item.metadata)
@@ -269,12 +262,6 @@ def _with_sensors(cls: Any, sensors: tuple[tuple[str, str], ...]) -> Any:
 class UnscentedConfig(FilterConfig):
     """Parameters of `ukf_node`."""
 
-    alpha: float = param(
-        1e-3, "Spread of the sigma points.", minimum=1e-6, maximum=10.0, read_only=True
-    )
-    kappa: float = param(
-        0.0, "Second scale of the sigma points.", minimum=0.0, maximum=100.0, read_only=True
-    )
-    beta: float = param(
-        2.0, "What is known of the distribution; 2 of a Gaussian one.", minimum=0.0, read_only=True
-    )
+    alpha: float = fixed(1e-3, "Spread of the sigma points.", minimum=1e-6, maximum=10.0)
+    kappa: float = fixed(0.0, "Second scale of the sigma points.", minimum=0.0, maximum=100.0)
+    beta: float = fixed(2.0, "What is known of the distribution; 2 of a Gaussian one.", minimum=0.0)

@@ -14,7 +14,7 @@ from robot_localization.srv import FromLL, FromLLArray, SetDatum, ToLL, ToLLArra
 from sensor_msgs.msg import Imu, NavSatFix, NavSatStatus
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN, Pose3
@@ -33,47 +33,40 @@ class NavsatConfig:
     """Parameters of `navsat_transform_node`."""
 
     frequency: float = param(10.0, "Rate of the output.", unit="Hz", minimum=0.1, maximum=1000.0)
-    delay: float = param(
-        0.0, "Time from the start before the first fix counts.", unit="s", minimum=0.0
+    delay: float = duration_param(0.0, "Time from the start before the first fix counts.")
+    magnetic_declination_radians: float = fixed(
+        0.0, "What is added to a compass's heading for true north.", unit="rad"
     )
-    magnetic_declination_radians: float = param(
-        0.0, "What is added to a compass's heading for true north.", unit="rad", read_only=True
-    )
-    yaw_offset: float = param(
-        0.0, "What is added for an IMU that is not 0 facing east.", unit="rad", read_only=True
+    yaw_offset: float = fixed(
+        0.0, "What is added for an IMU that is not 0 facing east.", unit="rad"
     )
     zero_altitude: bool = param(False, "Whether the odometry's height is 0.")
-    publish_filtered_gps: bool = param(False, "Whether gps/filtered is published.", read_only=True)
-    use_odometry_yaw: bool = param(
-        False, "Whether the heading is the odometry's, not the IMU's.", read_only=True
+    publish_filtered_gps: bool = fixed(False, "Whether gps/filtered is published.")
+    use_odometry_yaw: bool = fixed(False, "Whether the heading is the odometry's, not the IMU's.")
+    wait_for_datum: bool = fixed(
+        False, "Whether the origin is `datum` or comes by the service datum."
     )
-    wait_for_datum: bool = param(
-        False, "Whether the origin is `datum` or comes by the service datum.", read_only=True
+    datum: tuple[float, ...] = fixed(
+        (), "Latitude and longitude [degree], heading [rad] of the world's origin."
     )
-    datum: tuple[float, ...] = param(
-        (), "Latitude and longitude [degree], heading [rad] of the world's origin.", read_only=True
+    broadcast_cartesian_transform: bool = fixed(
+        False, "Whether the transform of 'utm' or 'local_enu' is published."
     )
-    broadcast_cartesian_transform: bool = param(
-        False, "Whether the transform of 'utm' or 'local_enu' is published.", read_only=True
+    broadcast_cartesian_transform_as_parent_frame: bool = fixed(
+        False, "Whether that frame is the world frame's parent."
     )
-    broadcast_cartesian_transform_as_parent_frame: bool = param(
-        False, "Whether that frame is the world frame's parent.", read_only=True
+    broadcast_utm_transform: bool = fixed(False, "Older name of broadcast_cartesian_transform.")
+    broadcast_utm_transform_as_parent_frame: bool = fixed(
+        False, "Older name of broadcast_cartesian_transform_as_parent_frame."
     )
-    broadcast_utm_transform: bool = param(
-        False, "Older name of broadcast_cartesian_transform.", read_only=True
-    )
-    broadcast_utm_transform_as_parent_frame: bool = param(
-        False, "Older name of broadcast_cartesian_transform_as_parent_frame.", read_only=True
-    )
-    use_local_cartesian: bool = param(
+    use_local_cartesian: bool = fixed(
         False,
         "Whether the plane that touches the earth at the datum is used, rather than UTM's grid,"
         " whose distances are up to 0.04 % off.",
-        read_only=True,
     )
-    imu_topic: str = param("imu", "Topic of the IMU.", read_only=True)
-    gps_topic: str = param("gps/fix", "Topic of the receiver.", read_only=True)
-    odom_topic: str = param("odometry/filtered", "Topic of the filter's output.", read_only=True)
+    imu_topic: str = fixed("imu", "Topic of the IMU.")
+    gps_topic: str = fixed("gps/fix", "Topic of the receiver.")
+    odom_topic: str = fixed("odometry/filtered", "Topic of the filter's output.")
 
     def __post_init__(self) -> None:
         if len(self.datum) not in (0, 3):

@@ -9,7 +9,7 @@ from typing import Any
 
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
 
-from arjuna_core.config import NoParameters, param
+from arjuna_core.config import NoParameters, fixed, param
 from arjuna_core.plugins import with_configs, with_values
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
@@ -27,11 +27,9 @@ from arjuna_sim.processing.diagnostics import (
 class AggregatorConfig:
     """Parameters of the node `analyzers`; each analyzer adds its own, as `arms.type`."""
 
-    path: str = param("", "What stands before all names in the tree.", read_only=True)
+    path: str = fixed("", "What stands before all names in the tree.")
     pub_rate: float = param(1.0, "Rate of the output.", unit="Hz", minimum=0.01, maximum=100.0)
-    other_as_errors: bool = param(
-        False, "Whether statuses that no analyzer takes are errors.", read_only=True
-    )
+    other_as_errors: bool = fixed(False, "Whether statuses that no analyzer takes are errors.")
 
     critical: bool = param(False, "Whether what is worse than before is published at once.")
 

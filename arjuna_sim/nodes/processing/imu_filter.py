@@ -12,7 +12,7 @@ from sensor_msgs.msg import Imu, MagneticField
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, duration_param, fixed, param, yaw_rate_param
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_msg, seconds, transform3_msg
@@ -27,36 +27,28 @@ _GRAVITY = 9.81  # [m/s^2] as imu_filter_madgwick has it
 class ImuFilterConfig:
     """Parameters of `imu_filter_madgwick`."""
 
-    stateless: bool = param(
-        False, "Whether each orientation is of one reading alone.", read_only=True
-    )
-    use_mag: bool = param(True, "Whether imu/mag gives the heading.", read_only=True)
+    stateless: bool = fixed(False, "Whether each orientation is of one reading alone.")
+    use_mag: bool = fixed(True, "Whether imu/mag gives the heading.")
     publish_tf: bool = param(True, "Whether the transform of the IMU's frame is published.")
     reverse_tf: bool = param(False, "Whether the IMU's frame is the parent in it.")
-    fixed_frame: str = param("odom", "The transform's other frame.", read_only=True)
-    constant_dt: float = param(
-        0.0, "Time between readings; 0 for that of their stamps.", unit="s", minimum=0.0
-    )
+    fixed_frame: str = fixed("odom", "The transform's other frame.")
+    constant_dt: float = duration_param(0.0, "Time between readings; 0 for that of their stamps.")
     remove_gravity_vector: bool = param(False, "Whether gravity is taken out of accelerations.")
-    publish_debug_topics: bool = param(
-        False, "Whether imu/rpy/raw and imu/rpy/filtered are published.", read_only=True
+    publish_debug_topics: bool = fixed(
+        False, "Whether imu/rpy/raw and imu/rpy/filtered are published."
     )
-    world_frame: str = param("enu", "The world's axes.", choices=tuple(UP), read_only=True)
-    gain: float = param(
-        0.1, "How fast gravity and field correct.", unit="rad/s", minimum=0.0, maximum=1.0
-    )
+    world_frame: str = fixed("enu", "The world's axes.", choices=tuple(UP))
+    gain: float = yaw_rate_param(0.1, "How fast gravity and field correct.", maximum=1.0)
     zeta: float = param(
         0.0, "How fast they correct the gyro's bias.", unit="rad/s^2", minimum=0.0, maximum=1.0
     )
     mag_bias_x: float = param(0.0, "Bias of the field's x.", unit="T")
     mag_bias_y: float = param(0.0, "Bias of the field's y.", unit="T")
     mag_bias_z: float = param(0.0, "Bias of the field's z.", unit="T")
-    orientation_stddev: float = param(
-        0.0, "Standard deviation that is published.", unit="rad", minimum=0.0
-    )
-    yaw_offset: float = param(0.0, "What is added to the heading.", unit="rad", read_only=True)
-    declination: float = param(
-        0.0, "Magnetic declination, which is taken from the heading.", unit="rad", read_only=True
+    orientation_stddev: float = angle_param(0.0, "Standard deviation that is published.")
+    yaw_offset: float = fixed(0.0, "What is added to the heading.", unit="rad")
+    declination: float = fixed(
+        0.0, "Magnetic declination, which is taken from the heading.", unit="rad"
     )
 
 

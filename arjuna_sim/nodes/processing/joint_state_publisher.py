@@ -10,7 +10,7 @@ from typing import Any
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
 
-from arjuna_core.config import NoParameters, param
+from arjuna_core.config import NoParameters, fixed, param
 from arjuna_core.errors import RobotError
 from arjuna_core.plugins import names_below, with_configs, with_values
 from arjuna_core.ros import qos
@@ -24,7 +24,7 @@ from arjuna_sim.model.urdf import Joint, Mimic
 class DependentConfig:
     """Parameters of a joint that follows another."""
 
-    parent: str = param("", "The joint that it follows.", read_only=True)
+    parent: str = fixed("", "The joint that it follows.")
     factor: float = param(1.0, "Its position for a unit of the other's.")
     offset: float = param(0.0, "Its position where the other's is 0.")
 
@@ -33,14 +33,14 @@ class DependentConfig:
 class JointStatePublisherConfig:
     """Parameters of `joint_state_publisher`; `zeros.JOINT` and `dependent_joints.JOINT.*` too."""
 
-    robot_description: str = param("", "The text of a URDF; empty for the topic's.", read_only=True)
+    robot_description: str = fixed("", "The text of a URDF; empty for the topic's.")
     rate: float = param(10.0, "Rate of the output.", unit="Hz", minimum=0.1, maximum=1000.0)
     publish_default_positions: bool = param(True, "Whether joints without a source have positions.")
     publish_default_velocities: bool = param(False, "Whether they have velocities.")
     publish_default_efforts: bool = param(False, "Whether they have efforts.")
     use_mimic_tags: bool = param(True, "Whether <mimic> of the description counts.")
     use_smallest_joint_limits: bool = param(True, "Has no effect: the limits are <limit>'s.")
-    source_list: tuple[str, ...] = param((), "Topics of joint states.", read_only=True)
+    source_list: tuple[str, ...] = fixed((), "Topics of joint states.")
     delta: float = param(0.0, "How far positions move at each output, to and fro.", unit="rad, m")
     zeros: NoParameters = field(default_factory=NoParameters)
     dependent_joints: NoParameters = field(default_factory=NoParameters)

@@ -8,7 +8,7 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 from sensor_msgs.msg import Joy
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed, param, share_param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
@@ -21,18 +21,16 @@ _POLL = 0.01  # [s] from one look at the device to the next: the period of the s
 class JoyConfig:
     """Parameters of `joy_node`."""
 
-    device_id: int = param(0, "Number of the gamepad.", minimum=0, maximum=255, read_only=True)
-    device_name: str = param("", "Its name; empty for its number.", read_only=True)
+    device_id: int = fixed(0, "Number of the gamepad.", minimum=0, maximum=255)
+    device_name: str = fixed("", "Its name; empty for its number.")
     dev: str = param("", "Its device, as /dev/input/js0; empty for name or number.", path=True)
-    deadzone: float = param(
-        0.05, "Share of a stick's range that is its middle.", minimum=0.0, maximum=1.0
-    )
+    deadzone: float = share_param(0.05, "Share of a stick's range that is its middle.")
     autorepeat_rate: float = param(
         20.0, "Rate of messages without a change; 0 for none.", unit="Hz", minimum=0.0, maximum=1000
     )
-    sticky_buttons: bool = param(False, "Whether a press toggles a button.", read_only=True)
-    coalesce_interval_ms: int = param(
-        1, "Time within which changes come as one message.", unit="ms", minimum=0, read_only=True
+    sticky_buttons: bool = fixed(False, "Whether a press toggles a button.")
+    coalesce_interval_ms: int = fixed(
+        1, "Time within which changes come as one message.", unit="ms", minimum=0
     )
 
 
@@ -135,8 +133,8 @@ class TeleopTwistJoyConfig:
         -1, "Button for the turbo's velocities; -1 for none.", minimum=-1, maximum=255
     )
     inverted_reverse: bool = param(False, "Whether the turn is negated when driving backward.")
-    publish_stamped_twist: bool = param(False, "Whether TwistStamped is published.", read_only=True)
-    frame: str = param("teleop_twist_joy", "Frame of TwistStamped.", read_only=True)
+    publish_stamped_twist: bool = fixed(False, "Whether TwistStamped is published.")
+    frame: str = fixed("teleop_twist_joy", "Frame of TwistStamped.")
     axis_linear: LinearAxes = field(default_factory=LinearAxes)
     axis_angular: AngularAxes = field(default_factory=AngularAxes)
     scale_linear: LinearScale = field(default_factory=LinearScale)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from sensor_msgs.msg import LaserScan
 
-from arjuna_core.config import NoParameters, param
+from arjuna_core.config import NoParameters, duration_param, fixed, param
 from arjuna_core.plugins import with_configs
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
@@ -29,19 +29,19 @@ _FILTER = re.compile(r"filter\d+")
 class FilterConfig:
     """Parameters of one filter of a chain; those of its class stand below `params`."""
 
-    name: str = param("", "Its name.", read_only=True)
-    type: str = param("", "Its class.", choices=tuple(FILTERS), read_only=True)
+    name: str = fixed("", "Its name.")
+    type: str = fixed("", "Its class.", choices=tuple(FILTERS))
 
 
 @dataclass(frozen=True)
 class ChainConfig:
     """Parameters of `scan_to_scan_filter_chain`; `filter1`, `filter2`, ... are its filters."""
 
-    tf_message_filter_target_frame: str = param(
-        "", "Frame without whose transform no scan passes; empty for none.", read_only=True
+    tf_message_filter_target_frame: str = fixed(
+        "", "Frame without whose transform no scan passes; empty for none."
     )
-    tf_message_filter_tolerance: float = param(
-        0.03, "How long it may come later; the newest is taken.", unit="s", minimum=0.0
+    tf_message_filter_tolerance: float = duration_param(
+        0.03, "How long it may come later; the newest is taken."
     )
     lazy_subscription: bool = param(False, "Whether scans are filtered for listeners alone.")
 

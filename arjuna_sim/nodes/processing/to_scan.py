@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from sensor_msgs.msg import CameraInfo, Image, LaserScan, PointCloud2
 
-from arjuna_core.config import param
+from arjuna_core.config import angle_param, duration_param, fixed, length_param, param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, scan_from_msg, seconds
 from arjuna_core.ros.node import ManagedNode
@@ -24,11 +24,11 @@ _FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
 class CloudToScanConfig:
     """Parameters of `pointcloud_to_laserscan`."""
 
-    target_frame: str = param("", "Frame of the scan; empty for the cloud's.", read_only=True)
-    transform_tolerance: float = param(
-        0.01, "How long a transform may come later; the newest is taken.", unit="s", minimum=0.0
+    target_frame: str = fixed("", "Frame of the scan; empty for the cloud's.")
+    transform_tolerance: float = duration_param(
+        0.01, "How long a transform may come later; the newest is taken."
     )
-    queue_size: int = param(4, "Clouds that may wait.", minimum=1, maximum=1000, read_only=True)
+    queue_size: int = fixed(4, "Clouds that may wait.", minimum=1, maximum=1000)
     min_height: float = param(
         sys.float_info.min,
         "Least height of a point.",
@@ -45,18 +45,16 @@ class CloudToScanConfig:
     )
     angle_min: float = param(-math.pi, "Bearing of the first beam.", unit="rad")
     angle_max: float = param(math.pi, "Bearing at which the scan ends.", unit="rad")
-    angle_increment: float = param(
-        math.pi / 180.0, "From one beam to the next.", unit="rad", minimum=1e-5
+    angle_increment: float = angle_param(
+        math.pi / 180.0, "From one beam to the next.", minimum=1e-5
     )
-    scan_time: float = param(1.0 / 30.0, "Time of a scan, in the message.", unit="s", minimum=0.0)
-    range_min: float = param(0.0, "Least distance of a point.", unit="m", minimum=0.0)
-    range_max: float = param(
-        sys.float_info.max, "Greatest distance of a point.", unit="m", minimum=0.0, maximum=math.inf
+    scan_time: float = duration_param(1.0 / 30.0, "Time of a scan, in the message.")
+    range_min: float = length_param(0.0, "Least distance of a point.")
+    range_max: float = length_param(
+        sys.float_info.max, "Greatest distance of a point.", maximum=math.inf
     )
     use_inf: bool = param(True, "Whether beams without a point are infinite.")
-    inf_epsilon: float = param(
-        1.0, "Else, how far beyond the greatest distance they are.", unit="m", minimum=0.0
-    )
+    inf_epsilon: float = length_param(1.0, "Else, how far beyond the greatest distance they are.")
 
 
 class PointcloudToLaserscanNode(ManagedNode):
@@ -106,11 +104,11 @@ class PointcloudToLaserscanNode(ManagedNode):
 class ScanToCloudConfig:
     """Parameters of `laserscan_to_pointcloud`."""
 
-    target_frame: str = param("", "Frame of the cloud; empty for the scan's.", read_only=True)
-    transform_tolerance: float = param(
-        0.01, "How long a transform may come later; the newest is taken.", unit="s", minimum=0.0
+    target_frame: str = fixed("", "Frame of the cloud; empty for the scan's.")
+    transform_tolerance: float = duration_param(
+        0.01, "How long a transform may come later; the newest is taken."
     )
-    queue_size: int = param(4, "Scans that may wait.", minimum=1, maximum=1000, read_only=True)
+    queue_size: int = fixed(4, "Scans that may wait.", minimum=1, maximum=1000)
 
 
 class LaserscanToPointcloudNode(ManagedNode):
@@ -139,11 +137,11 @@ class LaserscanToPointcloudNode(ManagedNode):
 class DepthToScanConfig:
     """Parameters of `depthimage_to_laserscan`."""
 
-    scan_time: float = param(0.033, "Time of a scan, in the message.", unit="s", minimum=0.0)
-    range_min: float = param(0.45, "Least distance.", unit="m", minimum=0.0)
-    range_max: float = param(10.0, "Greatest distance.", unit="m", minimum=0.0)
+    scan_time: float = duration_param(0.033, "Time of a scan, in the message.")
+    range_min: float = length_param(0.45, "Least distance.")
+    range_max: float = length_param(10.0, "Greatest distance.")
     scan_height: int = param(1, "Rows of the image that count.", minimum=1, maximum=100000)
-    output_frame: str = param("camera_depth_frame", "Frame of the scan.", read_only=True)
+    output_frame: str = fixed("camera_depth_frame", "Frame of the scan.")
 
 
 class DepthimageToLaserscanNode(ManagedNode):

@@ -10,7 +10,7 @@ from typing import Any
 from geometry_msgs.msg import Twist, TwistStamped
 from std_msgs.msg import Bool
 
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.plugins import names_below, with_configs
 from arjuna_core.ros import qos
 from arjuna_core.ros.node import ManagedNode
@@ -20,10 +20,8 @@ from arjuna_core.ros.node import ManagedNode
 class SourceConfig:
     """Parameters of a source of velocities, or of a lock."""
 
-    topic: str = param("", "Its topic.", read_only=True)
-    timeout: float = param(
-        0.0, "Age at which its message counts no more; 0 for none.", unit="s", minimum=0.0
-    )
+    topic: str = fixed("", "Its topic.")
+    timeout: float = duration_param(0.0, "Age at which its message counts no more; 0 for none.")
     priority: int = param(0, "Its priority; 0 never passes.", minimum=0, maximum=255)
     short_desc: str = param("", "What it is.")
 
@@ -41,7 +39,7 @@ class Sources:
 class TwistMuxConfig:
     """Parameters of `twist_mux`; each source and each lock adds its own."""
 
-    use_stamped: bool = param(True, "Whether velocities are TwistStamped.", read_only=True)
+    use_stamped: bool = fixed(True, "Whether velocities are TwistStamped.")
     topics: Sources = field(default_factory=Sources)
     locks: Sources = field(default_factory=Sources)
 

@@ -11,7 +11,7 @@ import numpy as np
 from numba import njit
 
 from arjuna_core.arrays import Floats, Ints, Singles
-from arjuna_core.config import param
+from arjuna_core.config import duration_param, fixed
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
 from arjuna_sim.model.world import GRAVITY
@@ -48,28 +48,25 @@ def _name(joint: str) -> str:
 class ServoConfig:
     """Parameters of the motors of wheels."""
 
-    response_time: float = param(
+    response_time: float = duration_param(
         0.01,
         "Time in which the motors take up an error of speed, were their torque unlimited.",
-        unit="s",
         minimum=0.001,
         maximum=1.0,
         read_only=True,
     )
-    integral_time: float = param(
+    integral_time: float = duration_param(
         0.05,
         "Time in which what the load holds back is made up for.",
-        unit="s",
         minimum=0.02,
         maximum=10.0,
         read_only=True,
     )
-    armature: float = param(
+    armature: float = fixed(
         0.0,
         "Rotor inertia as the wheel feels it; at least what makes the time step stable.",
         unit="kg m^2",
         minimum=0.0,
-        read_only=True,
     )
 
 

@@ -13,7 +13,7 @@ from nav2_msgs.srv import ManageLifecycleNodes
 from rclpy.clock import Clock, ClockType
 from std_srvs.srv import Trigger
 
-from arjuna_core.config import flatten, param
+from arjuna_core.config import duration_param, fixed, flatten
 from arjuna_core.ros.deferred import deferred_service
 from arjuna_core.ros.health.guarded import GuardedNode
 from arjuna_core.ros.params import ParameterBinding, describe_sim_time
@@ -32,26 +32,21 @@ _UPS = (Command.STARTUP, Command.RESUME)
 class LifecycleManagerConfig:
     """Parameters of a lifecycle manager, by Nav2's names."""
 
-    node_names: tuple[str, ...] = param(
-        (),
-        "Further lifecycle nodes, of one's own, that come up behind those of the process.",
-        read_only=True,
+    node_names: tuple[str, ...] = fixed(
+        (), "Further lifecycle nodes, of one's own, that come up behind those of the process."
     )
-    autostart: bool = param(
-        True, "Whether nodes come up at once; else by manage_nodes.", read_only=True
-    )
-    bond_timeout: float = param(
+    autostart: bool = fixed(True, "Whether nodes come up at once; else by manage_nodes.")
+    bond_timeout: float = fixed(
         4.0,
         "How long a node of one's own may show no sign of life before all are taken down; "
         "for ever from 0 down.",
         unit="s",
-        read_only=True,
     )
-    attempt_respawn_reconnection: bool = param(
-        True, "Whether all come up again once it lives again.", read_only=True
+    attempt_respawn_reconnection: bool = fixed(
+        True, "Whether all come up again once it lives again."
     )
-    bond_respawn_max_duration: float = param(
-        10.0, "How long that is waited for.", unit="s", minimum=0.0, read_only=True
+    bond_respawn_max_duration: float = duration_param(
+        10.0, "How long that is waited for.", read_only=True
     )
 
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.param import param
+from arjuna_core.param import length_param, param
 from arjuna_core.readings import scan_from_msg, seconds
 from bringup.viewing.displays.base import Display, Wanted, rainbow
 from bringup.viewing.drawing.messages import frame_of
@@ -35,7 +35,7 @@ class PointCloud2(Display):
         channel_name: str = param("intensity", "Field that colours them by Intensity.")
         axis: str = param("Z", "Axis that colours them by AxisColor.", choices=("X", "Y", "Z"))
         color: Colour = param((255, 255, 255), "FlatColor's colour.")
-        size_m: float = param(0.03, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        size_m: float = length_param(0.03, "Size of a point.", minimum=0.001, maximum=1.0)
         autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
         min_intensity: float = param(0.0, "Value of the first colour.")
         max_intensity: float = param(4096.0, "Value of the last colour.")
@@ -109,7 +109,7 @@ class DepthCloud(Display):
 
     @dataclass(frozen=True)
     class Config:
-        size_m: float = param(0.02, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        size_m: float = length_param(0.02, "Size of a point.", minimum=0.001, maximum=1.0)
         columns: int = param(160, "Columns of points at most.", minimum=16, maximum=1024)
 
     def wanted(self) -> tuple[Wanted, ...]:
@@ -152,7 +152,7 @@ class LaserScan(Display):
             "FlatColor", "What colours the points.", choices=("FlatColor", "Intensity")
         )
         color: Colour = param((230, 30, 30), "Colour.")
-        size_m: float = param(0.05, "Size of a point.", unit="m", minimum=0.001, maximum=1.0)
+        size_m: float = length_param(0.05, "Size of a point.", minimum=0.001, maximum=1.0)
         on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
 
     def take(self, message: Any) -> Parts:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from arjuna_core.grid import replace_cells
-from arjuna_core.param import param
+from arjuna_core.param import param, share_param
 from arjuna_core.pose3 import Pose3
 from bringup.viewing.displays.base import Display, Wanted
 from bringup.viewing.drawing.messages import DRAWN, frame_of
@@ -23,7 +23,7 @@ class Map(Display):
     @dataclass(frozen=True)
     class Config:
         color_scheme: str = param("map", "Colours.", choices=("map", "costmap"))
-        alpha: float = param(0.7, "Opacity of the costs.", minimum=0.0, maximum=1.0)
+        alpha: float = share_param(0.7, "Opacity of the costs.")
         height: float = param(0.0, "Height above the ground.", unit="m", minimum=-1.0, maximum=1.0)
 
     _grid: Grid | None = None
@@ -59,7 +59,7 @@ class GridCells(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((25, 255, 0), "Colour.")
-        alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
+        alpha: float = share_param(1.0, "Opacity.")
 
     def take(self, message: Any) -> Parts:
         size = (message.cell_width, message.cell_height, 0.01)

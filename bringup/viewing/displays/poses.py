@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from arjuna_core.param import param
+from arjuna_core.param import angle_param, length_param, param
 from arjuna_core.readings import se2_from_pose
 from bringup.viewing.displays.base import PIXELS, Display
 from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of
@@ -25,7 +25,7 @@ class Path(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((25, 255, 0), "Colour.")
-        line_width: float = param(0.04, "Width.", unit="m", minimum=0.001, maximum=1.0)
+        line_width: float = length_param(0.04, "Width.", minimum=0.001, maximum=1.0)
 
     def take(self, message: Any) -> Parts:
         return self.usual(message, width=max(PIXELS * self.config.line_width, 1.5))
@@ -54,7 +54,7 @@ class Pose(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((220, 40, 180), "Colour.")
-        shaft_length: float = param(0.5, "Length.", unit="m", minimum=0.01, maximum=10.0)
+        shaft_length: float = length_param(0.5, "Length.", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         row = se2_from_pose(message.pose).array()[None]
@@ -71,7 +71,7 @@ class PoseArray(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((150, 60, 200), "Colour.")
-        arrow_length: float = param(0.2, "Length.", unit="m", minimum=0.01, maximum=10.0)
+        arrow_length: float = length_param(0.2, "Length.", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         rows = np.array([se2_from_pose(each).array() for each in message.poses]).reshape(-1, 3)
@@ -109,8 +109,8 @@ class Odometry(Display):
     @dataclass(frozen=True)
     class Config:
         keep: int = param(100, "Arrows that stay.", minimum=1, maximum=1000)
-        position_tolerance: float = param(0.1, "Way to the next one.", unit="m", minimum=0.0)
-        angle_tolerance: float = param(0.1, "Turn to the next one.", unit="rad", minimum=0.0)
+        position_tolerance: float = length_param(0.1, "Way to the next one.")
+        angle_tolerance: float = angle_param(0.1, "Turn to the next one.")
         color: Colour = param((255, 25, 0), "Colour.")
         covariance: bool = param(False, "Draw the ellipse of two sigmas.")
 

@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from arjuna_core.param import param
+from arjuna_core.param import length_param, param, share_param
 from bringup.viewing.displays.base import Display, rainbow
 from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.solids import arrow_pose, solids
@@ -24,7 +24,7 @@ class Range(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((60, 140, 255), "Colour.")
-        alpha: float = param(0.5, "Opacity.", minimum=0.0, maximum=1.0)
+        alpha: float = share_param(0.5, "Opacity.")
 
     def take(self, message: Any) -> Parts:
         reach = float(message.range)
@@ -47,8 +47,8 @@ class PointStamped(Display):
     @dataclass(frozen=True)
     class Config:
         color: Colour = param((204, 41, 204), "Colour.")
-        alpha: float = param(1.0, "Opacity.", minimum=0.0, maximum=1.0)
-        radius: float = param(0.2, "Radius.", unit="m", minimum=0.001, maximum=10.0)
+        alpha: float = share_param(1.0, "Opacity.")
+        radius: float = length_param(0.2, "Radius.", minimum=0.001, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
         at = message.point
@@ -86,9 +86,9 @@ class Wrench(_TwoVectors):
     class Config:
         force_color: Colour = param((204, 51, 51), "Colour of the force.")
         torque_color: Colour = param((204, 204, 51), "Colour of the torque.")
-        force_arrow_scale: float = param(2.0, "Length for 1 N.", unit="m", minimum=0.0)
-        torque_arrow_scale: float = param(2.0, "Length for 1 N m.", unit="m", minimum=0.0)
-        arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
+        force_arrow_scale: float = length_param(2.0, "Length for 1 N.")
+        torque_arrow_scale: float = length_param(2.0, "Length for 1 N m.")
+        arrow_width: float = length_param(0.1, "Width.", minimum=0.001, maximum=10.0)
 
 
 class TwistStamped(_TwoVectors):
@@ -102,9 +102,9 @@ class TwistStamped(_TwoVectors):
     class Config:
         linear_color: Colour = param((204, 51, 51), "Colour of what moves along.")
         angular_color: Colour = param((204, 204, 51), "Colour of what turns.")
-        linear_arrow_scale: float = param(2.0, "Length for 1 in SI units.", unit="m", minimum=0.0)
-        angular_arrow_scale: float = param(2.0, "Length for 1 in SI units.", unit="m", minimum=0.0)
-        arrow_width: float = param(0.1, "Width.", unit="m", minimum=0.001, maximum=10.0)
+        linear_arrow_scale: float = length_param(2.0, "Length for 1 in SI units.")
+        angular_arrow_scale: float = length_param(2.0, "Length for 1 in SI units.")
+        arrow_width: float = length_param(0.1, "Width.", minimum=0.001, maximum=10.0)
 
 
 class AccelStamped(_TwoVectors):
@@ -182,8 +182,8 @@ class Imu(Display):
 
     @dataclass(frozen=True)
     class Config:
-        axes_scale: float = param(0.5, "Length of its axes.", unit="m", minimum=0.01, maximum=10.0)
-        acceleration_scale: float = param(0.05, "Length for 1 m/s2.", unit="m", minimum=0.0)
+        axes_scale: float = length_param(0.5, "Length of its axes.", minimum=0.01, maximum=10.0)
+        acceleration_scale: float = length_param(0.05, "Length for 1 m/s2.")
         acceleration_color: Colour = param((255, 160, 0), "Colour of the acceleration.")
 
     def take(self, message: Any) -> Parts:

@@ -8,8 +8,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import flatten, infos, load
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes

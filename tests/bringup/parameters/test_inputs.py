@@ -7,10 +7,7 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import flatten, load
-from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.layers.observations import sources_of
@@ -21,7 +18,6 @@ from bringup.parameters.inputs import gather, groups_of
 from bringup.parameters.sources import COSTMAPS, ROBOT_NAMES
 from bringup.stack import (
     DEMO_GROUPS,
-    LOCALIZATION_GROUP,
     NAVIGATION_GROUP,
     REAL_STACKS,
     SIM_GROUP,
@@ -302,12 +298,3 @@ def test_a_simulator_of_several_robots_is_a_process_of_its_own() -> None:
     several = parse(["sim", "--namespace", "a", "--namespace", "b"])
     assert groups_of(several) == (WORLD_GROUP,)
     assert groups_of(parse(["nav", "--slam", "--namespace", "a"]))[0] == SLAM_GROUP
-
-
-@pytest.mark.parametrize("given", ["--without-localization", "--without-navigation"])
-def test_one_half_of_the_stack_is_left_out(given: str) -> None:
-    where = [] if given == "--without-localization" else ["--map", "m.yaml"]
-    left = {"--without-localization": NAVIGATION_GROUP, "--without-navigation": LOCALIZATION_GROUP}
-    assert groups_of(parse(["nav", *where, given])) == (left[given],)
-    with pytest.raises(ArjunaError, match="nothing is left to run"):
-        groups_of(parse(["nav", "--without-localization", "--without-navigation"]))

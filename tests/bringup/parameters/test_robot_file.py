@@ -9,8 +9,6 @@ from typing import Any
 import pytest
 import yaml
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli import parse

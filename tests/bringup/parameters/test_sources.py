@@ -6,8 +6,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli import parse

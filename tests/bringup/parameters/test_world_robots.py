@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.se2 import SE2
 from bringup.cli import parse
 from bringup.parameters.inputs import gather, groups_of

@@ -7,8 +7,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.errors import InputFileError
 from bringup.cli import parse
 from bringup.processes.interactive import host_command, record_command

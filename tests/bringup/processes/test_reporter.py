@@ -7,8 +7,6 @@ from typing import Any
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.processes import reporter
 from bringup.processes.reporter import Twins
 

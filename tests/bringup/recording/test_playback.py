@@ -17,6 +17,7 @@ from bringup.recording.playback import Playback, PlayOptions
 from bringup.recording.selection import PlayFilter, add_options, selection_of
 from tests.core.bags.recordings import write_numbers
 
+pytestmark = pytest.mark.ros
 TOPIC = TopicInfo("/number", "std_msgs/msg/Int32", "int32 data\n")
 SECOND = 1_000_000_000
 

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.ros2 import client
 from bringup.ros2.verbs.forward import LAUNCHED
 

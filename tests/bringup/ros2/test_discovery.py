@@ -19,6 +19,7 @@ from bringup.ros2.discovery import (
     time_to_settle,
 )
 
+pytestmark = pytest.mark.ros
 ME, OTHER, THIRD = bytes([1]) * 12, bytes([2]) * 12, bytes([3]) * 12
 SERVICE = [("rq/add/getRequest", ["..."]), ("rr/add/getReply", ["..."])]
 NODES = [("me", "/"), ("one", "/"), ("two", "/")]

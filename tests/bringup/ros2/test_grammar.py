@@ -22,6 +22,7 @@ from bringup.ros2.roslaunch import commands_of
 from bringup.ros2.verbs import forward, launch, multicast
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
+pytestmark = pytest.mark.ros
 _BURGER, _PILLARS = shipped_file("urdf/burger.urdf"), shipped_file("worlds/pillar_arena.world")
 
 

@@ -9,8 +9,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup import cli
 from bringup.cli import parse
 from tests.foreign.guides.typed import BESIDE, GUIDES, Row, beside, rows, type_row

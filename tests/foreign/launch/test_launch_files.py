@@ -13,9 +13,6 @@ from typing import Any, NamedTuple
 
 import pytest
 import yaml
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from launch import LaunchContext
 from launch.events.process import ProcessExited, ProcessStarted
 from launch.execute_process import ExecuteProcess

@@ -5,13 +5,10 @@ from __future__ import annotations
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.action import FollowWaypoints, NavigateThroughPoses, NavigateToPose
@@ -23,11 +20,9 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, pose_stamped
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
 from tests.foreign.nav2.waffle import START, in_its_world
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(-0.5, 1.8, 0.0)

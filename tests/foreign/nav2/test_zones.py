@@ -9,9 +9,6 @@ from typing import Any
 import numpy as np
 import pytest
 import yaml
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from action_msgs.msg import GoalStatus
 
 from arjuna_core.files.maps import save_map

@@ -183,6 +183,16 @@ class PlayedRobot:
             assert self.now < deadline, f"the goal has no result after {timeout:g} s"
             self._tick()
 
+    def succeed(self, goal: Goal, timeout: float) -> None:
+        """Let time pass until a goal has succeeded; it must within a timeout [s]."""
+        self.run_until_done(goal, timeout)
+        assert goal.status == SUCCEEDED, goal.result
+
+    def fail(self, goal: Goal, timeout: float, code: int, says: str = "") -> None:
+        """Let time pass until a goal is aborted, as `assert_failed` has it, within a time [s]."""
+        self.run_until_done(goal, timeout)
+        assert_failed(goal, code, says)
+
     def _tick(self) -> None:
         self.bench.advance()
         motion = self.command if self.grips else Velocity()
@@ -255,11 +265,16 @@ def started(
     return robot
 
 
-def assert_failed(goal: Goal, code: int) -> None:
-    """Check that a goal was aborted with a code and a reason that names a number or a name."""
+def assert_failed(goal: Goal, code: int, says: str = "") -> None:
+    """Check that a goal was aborted with a code and a reason that names a number or a name.
+
+    Args:
+        says: What the reason says.
+    """
     assert goal.done, "the goal has no result"
     assert (goal.status, goal.result.error_code) == (ABORTED, code), goal.result.error_msg
     assert re.search(r"\d|'|nan|inf", goal.result.error_msg), goal.result.error_msg
+    assert says in goal.result.error_msg
 
 
 COSTMAP = "local_costmap/local_costmap"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 from geometry_msgs.msg import PoseStamped
@@ -31,6 +32,13 @@ def walled_room() -> OccupancyGrid:
 
 def made(**parameters: Any) -> PlayedRobot:
     return started(*NAVIGATION_GROUP.nodes, world=walled_room(), bt_navigator=parameters)
+
+
+def written_tree(folder: Path, inside: str, name: str = "mine.xml") -> str:
+    """Write a behavior tree of some nodes; return its file's name."""
+    text = f'<root BTCPP_format="4"><BehaviorTree ID="Mine">{inside}</BehaviorTree></root>'
+    (folder / name).write_text(text, encoding="utf-8")
+    return name
 
 
 def stamped(pose: SE2, frame: str = "map") -> PoseStamped:

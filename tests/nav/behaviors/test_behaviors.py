@@ -20,7 +20,7 @@ from arjuna_nav.behaviors.base import (
 from arjuna_nav.behaviors.motions import AssistedTeleop, DriveConfig, DriveOnHeading, Spin, Wait
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
+from tests.nav.worlds import Unicycle, costmap_of, empty_grid, grid_of
 
 CONFIG = BehaviorConfig(max_rotational_vel=0.8, rotational_acc_lim=1.5)
 CIRCLE = Footprint.circle(0.25)
@@ -53,9 +53,7 @@ def test_spins_by_the_angle_asked_for(angle: float, slowest: float) -> None:
 
 
 def test_a_spin_that_would_hit_something_is_refused() -> None:
-    grid = empty_grid(4.0, 4.0)
-    block(grid, 1.8, 2.4, 0.4, 0.1)
-    costmap = costmap_of(grid, footprint=LONG)
+    costmap = costmap_of(grid_of(4.0, 4.0, (1.8, 2.4, 0.4, 0.1)), footprint=LONG)
     robot = Unicycle(SE2(2.0, 2.0, 0.0), delay=0)
     footprint = Footprint.parse(LONG, 0.0, 0.0)
     result = run(Spin(1.57, CONFIG, footprint, 20.0), robot, costmap)
@@ -115,8 +113,7 @@ def test_a_drive_gains_and_loses_speed_within_its_limits(
 
 
 def test_backing_up_stops_before_a_wall() -> None:
-    grid = empty_grid(4.0, 4.0)
-    block(grid, 1.0, 0.0, 0.1, 4.0)
+    grid = grid_of(4.0, 4.0, (1.0, 0.0, 0.1, 4.0))
     robot = Unicycle(SE2(1.8, 2.0, 0.0), delay=0)
     result = run(DriveOnHeading(-1.0, -0.15, CONFIG, CIRCLE, 20.0), robot, costmap_of(grid))
     assert result.status is BehaviorStatus.COLLISION_AHEAD
@@ -176,9 +173,7 @@ def teleop(allowance: float = 0.0) -> AssistedTeleop:
 
 def wall(x: float) -> Costmap:
     """Return the costmap of a hall with a wall at x."""
-    grid = empty_grid(6.0, 4.0)
-    block(grid, x, 0.0, 0.1, 4.0)
-    return costmap_of(grid)
+    return costmap_of(grid_of(6.0, 4.0, (x, 0.0, 0.1, 4.0)))
 
 
 @pytest.mark.parametrize("velocity", [AHEAD, Velocity(-0.5), Velocity(0.2, yaw_rate=-0.6)])

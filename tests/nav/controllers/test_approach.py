@@ -19,7 +19,7 @@ from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, Follow
 from arjuna_nav.controllers.tracker import TrackerConfig
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, grid_of, polyline
 
 ROBOT = Footprint.circle(0.25)
 BODY = Footprint.polygon(np.array([[0.35, 0.2], [0.35, -0.2], [-0.35, -0.2], [-0.35, 0.2]]))
@@ -129,12 +129,6 @@ def test_a_fast_robot_brakes_in_time(speed: float) -> None:
     assert max(pose.x for pose in robot.trace) < 6.06
 
 
-def test_where_it_is_switched_off_the_tolerance_is_the_end() -> None:
-    robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0)
-    drive(robot, goal, empty_grid(5.0, 4.0), **{"arrival.enabled": False})
-    assert 0.1 < off(robot, goal)[0] < 0.26
-
-
 def test_a_heading_that_does_not_matter_is_not_turned_to() -> None:
     robot, goal = Unicycle(SE2(1.0, 2.0)), SE2(3.0, 2.0, 2.0)
     checker = {"general_goal_checker.plugin": POSITION}
@@ -178,9 +172,7 @@ def before(distance: float, bearing: float = 0.0) -> SE2:
 
 
 def blocked_behind(x: float) -> Costmap:
-    grid = empty_grid(5.0, 4.0)
-    block(grid, x, 1.5, 0.2, 1.0)
-    return costmap_of(grid)
+    return costmap_of(grid_of(5.0, 4.0, (x, 1.5, 0.2, 1.0)))
 
 
 @pytest.mark.parametrize(
@@ -260,8 +252,7 @@ def test_without_room_it_leaves_the_rest_to_the_controller() -> None:
 
 def test_where_only_the_turn_at_the_goal_has_no_room_it_drives_there() -> None:
     box = Footprint.polygon(np.array([[0.5, 0.1], [0.5, -0.1], [-0.2, -0.1], [-0.2, 0.1]]))
-    grid = empty_grid(5.0, 4.0)
-    block(grid, 3.25, 2.3, 0.1, 0.1)
+    grid = grid_of(5.0, 4.0, (3.25, 2.3, 0.1, 0.1))
     costmap = costmap_of(grid, footprint=str(box.points.tolist()))
     for heading, turns in ((-0.9, True), (0.9, False)):
         asked = Asked(SE2(3.0, 2.0, heading), curve_time=0.0)
@@ -373,8 +364,7 @@ def test_a_steered_robot_arrives_on_bends_that_it_can_drive(start: float, headin
 def test_a_steered_robots_curve_leads_round_obstacles(
     room: bool,
 ) -> None:
-    grid = empty_grid(5.0, 5.0)
-    block(grid, 2.6, 2.4, 0.1, 0.2)
+    grid = grid_of(5.0, 5.0, (2.6, 2.4, 0.1, 0.2))
     if not room:
         block(grid, 3.4, 0.0, 0.2, 5.0)
     costmap, start, goal = costmap_of(grid), SE2(1.6, 2.5), SE2(3.3, 2.5)

@@ -20,7 +20,7 @@ from tests.helpers.nav.controllers import (
     YAW_TOLERANCE,
     make,
 )
-from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, follow, polyline
+from tests.nav.worlds import Unicycle, costmap_of, empty_grid, follow, grid_of, polyline
 
 PATHS = {
     "corner": ([(1.0, 1.0), (3.0, 1.0), (3.0, 4.0)], math.pi / 2, 0.35),
@@ -86,8 +86,7 @@ def test_pushed_away_from_the_goal_it_drives_back(controller: Controller) -> Non
 
 @pytest.mark.parametrize("footprint", ["circle", "polygon"])
 def test_never_drives_into_an_obstacle(name: str, footprint: str) -> None:
-    grid = empty_grid(6.0, 6.0)
-    block(grid, 3.0, 0.0, 0.2, 6.0)
+    grid = grid_of(6.0, 6.0, (3.0, 0.0, 0.2, 6.0))
     corners = np.array([[0.3, 0.2], [-0.3, 0.2], [-0.3, -0.2], [0.3, -0.2]])
     outline = Footprint.polygon(corners) if footprint == "polygon" else Footprint.circle(0.25)
     text = str(corners.tolist()) if footprint == "polygon" else "[]"
@@ -127,9 +126,7 @@ def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
 
 
 def test_is_the_same_each_time(name: str) -> None:
-    grid = empty_grid(6.0, 6.0)
-    block(grid, 2.4, 2.0, 0.3, 0.7)
-    costmap, traces = costmap_of(grid), []
+    costmap, traces = costmap_of(grid_of(6.0, 6.0, (2.4, 2.0, 0.3, 0.7))), []
     for _ in range(2):
         controller, robot = make(name), Unicycle(SE2(1.0, 3.0, 0.0))
         controller.set_path(polyline([(1.0, 3.0), (4.0, 3.0)], 0.0))

@@ -20,7 +20,7 @@ from arjuna_nav.controllers.dwb.controller import Dwb
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import RESOLUTION, block, costmap_of, empty_grid
+from tests.nav.worlds import RESOLUTION, costmap_of, grid_of
 
 ORIGIN = SE2(-1.0, 0.5, 0.7)
 PERIOD, TOLERANCE = 0.05, 0.2
@@ -30,9 +30,7 @@ GENERATORS = ("StandardTrajectoryGenerator", "LimitedAccelGenerator")
 
 
 def made_costmap() -> Costmap:
-    grid = empty_grid(4.0, 4.0, ORIGIN)
-    block(grid, 1.5, 2.4, 0.3, 0.3)
-    block(grid, 2.2, 1.0, 0.2, 0.7)
+    grid = grid_of(4.0, 4.0, (1.5, 2.4, 0.3, 0.3), (2.2, 1.0, 0.2, 0.7), origin=ORIGIN)
     return costmap_of(grid, radius=0.1)
 
 

@@ -22,7 +22,7 @@ from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import collides
 from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.controllers import PARAMETERS
-from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, grid_of, polyline
 
 PATIENT = {"failure_tolerance": 0.3}  # as the shipped robot [s]
 
@@ -87,10 +87,7 @@ def test_finds_no_escape_where_there_is_none_and_waits_for_newcomers() -> None:
     command = escape.compute(start, STILL, out, costmap, 0.0)
     assert command is not None
     assert command.x < 0.0
-    grid = empty_grid(4.0, 3.0)
-    block(grid, 1.85, 1.25, 0.1, 0.5)
-    block(grid, 1.5, 0.0, 2.5, 1.25)
-    block(grid, 1.5, 1.75, 2.5, 1.25)
+    grid = grid_of(4.0, 3.0, (1.85, 1.25, 0.1, 0.5), (1.5, 0.0, 2.5, 1.25), (1.5, 1.75, 2.5, 1.25))
     closed = costmap_of(grid, footprint=str(CORNERS.tolist()))
     assert escape.compute(start, STILL, out, closed, 0.1) == STILL
     assert escape.compute(start, STILL, out, closed, 1.0) == STILL
@@ -105,8 +102,7 @@ def test_finds_no_escape_where_there_is_none_and_waits_for_newcomers() -> None:
 @pytest.mark.parametrize("origin", ORIGINS)
 @pytest.mark.parametrize(("gap", "waits"), [(0.2, True), (1.2, False)])
 def test_crossing_people_are_waited_for(gap: float, waits: bool, origin: SE2) -> None:
-    grid = empty_grid(5.0, 3.0, origin)
-    block(grid, 1.9, 1.25, 0.4, 0.5)
+    grid = grid_of(5.0, 3.0, (1.9, 1.25, 0.4, 0.5), origin=origin)
     costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
     costmap = replace(costmap, moving=np.array([[1.4 + 0.5 + 0.2 + gap, 1.5, 0.2]]))
     points = polyline([(1.4, 1.5), (4.0, 1.5)], 0.0)
@@ -129,8 +125,7 @@ def test_crossing_people_are_waited_for(gap: float, waits: bool, origin: SE2) ->
 
 def test_the_controller_continues_once_it_drives_faster() -> None:
     footprint = str(CORNERS.tolist())
-    grid = empty_grid(6.0, 3.0)
-    block(grid, 2.0, 1.0, 0.2, 0.65)
+    grid = grid_of(6.0, 3.0, (2.0, 1.0, 0.2, 0.65))
     closed, open_ = (costmap_of(one, footprint=footprint) for one in (grid, empty_grid(6.0, 3.0)))
     far = {"rejoin_distance": 2.5, "reach": 2.5}
     values = {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"], "escape": far}
@@ -267,9 +262,7 @@ def test_a_controller_that_turns_a_robot_that_touches_something_is_not_obeyed(tu
 
 @pytest.mark.parametrize(("end", "continues"), [((0.3, 1.5), False), ((4.0, 1.4), True)])
 def test_an_old_trajectory_is_dropped(end: tuple[float, float], continues: bool) -> None:
-    grid = empty_grid(5.0, 3.0)
-    block(grid, 1.9, 1.25, 0.4, 0.5)
-    costmap = costmap_of(grid, footprint=str(CORNERS.tolist()))
+    costmap = costmap_of(grid_of(5.0, 3.0, (1.9, 1.25, 0.4, 0.5)), footprint=str(CORNERS.tolist()))
     follower = PathFollower(
         load(FollowerConfig, {**PATIENT, "FollowPath": PARAMETERS["pure pursuit"]}), LONG
     )

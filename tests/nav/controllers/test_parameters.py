@@ -17,7 +17,7 @@ from arjuna_nav.controllers import ControlResult, ControlStatus
 from arjuna_nav.controllers.display import shown_by, topics_of, want
 from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav.controllers import PARAMETERS, V_MAX, W_MAX, make
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline
 
 POSE = SE2(2.0, 3.0)
 PATH = polyline([(1.0, 3.0), (5.0, 3.0)], 0.0)
@@ -27,9 +27,7 @@ LONG = Footprint.polygon(np.array([(0.5, 0.05), (-0.5, 0.05), (-0.5, -0.05), (0.
 
 
 def walled(x: float, y: float, width: float, height: float, **values: Any) -> Any:
-    grid = empty_grid(6.0, 6.0)
-    block(grid, x, y, width, height)
-    return costmap_of(grid, **values)
+    return costmap_of(grid_of(6.0, 6.0, (x, y, width, height)), **values)
 
 
 def between() -> Any:

@@ -17,7 +17,7 @@ from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.raytrace import enter_scan
 from arjuna_nav.costmap.window import Window, clipped, grown, joined, seen_in, whole, within
-from tests.nav.worlds import block, costmap_of, empty_grid
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of
 
 BODY = np.array([[0.225, 0.19], [-0.225, 0.19], [-0.225, -0.19], [0.225, -0.19]])
 
@@ -110,9 +110,7 @@ def test_leaving_the_grid_collides_wherever_the_grid_lies(origin: SE2) -> None:
 
 
 def test_a_robot_too_near_to_a_wall_may_leave_but_not_press_on() -> None:
-    grid = empty_grid(3.0, 3.0)
-    block(grid, 2.0, 0.0, 0.1, 3.0)
-    costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
+    costmap, footprint = costmap_of(grid_of(3.0, 3.0, (2.0, 0.0, 0.1, 3.0))), Footprint.circle(0.25)
     pose = SE2(1.85, 1.5, 0.0)
     assert collides(costmap, footprint, pose)
     back = rollout(pose, Velocity(-0.2), 3.0, 0.05)
@@ -124,9 +122,7 @@ def test_a_robot_too_near_to_a_wall_may_leave_but_not_press_on() -> None:
 
 
 def test_a_robot_that_left_an_obstacle_may_not_come_back() -> None:
-    grid = empty_grid(4.0, 3.0)
-    block(grid, 2.0, 0.0, 0.1, 3.0)
-    block(grid, 0.2, 0.0, 0.1, 3.0)
+    grid = grid_of(4.0, 3.0, (2.0, 0.0, 0.1, 3.0), (0.2, 0.0, 0.1, 3.0))
     costmap, footprint = costmap_of(grid), Footprint.circle(0.25)
     through = rollout(SE2(1.85, 1.5, 0.0), Velocity(-0.5), 4.0, 0.05)
     hit = first_collision(costmap, footprint, through)
@@ -173,9 +169,7 @@ def test_a_body_stands_out_of_an_outline_by_its_corners() -> None:
 
 
 def test_a_body_larger_than_a_costmap_s_outline_is_traced_all_the_same() -> None:
-    grid = empty_grid(4.0, 4.0)
-    block(grid, 2.2, 1.0, 0.2, 2.0)
-    costmap, pose = costmap_of(grid, radius=0.15), SE2(2.0, 2.0)
+    costmap, pose = costmap_of(grid_of(4.0, 4.0, (2.2, 1.0, 0.2, 2.0)), radius=0.15), SE2(2.0, 2.0)
     assert not collides(costmap, Footprint.circle(0.15), pose)
     assert not collides(costmap, Footprint.polygon(BODY), pose @ SE2(theta=0.5 * math.pi))
     assert collides(costmap, Footprint.polygon(BODY), pose)

@@ -16,7 +16,7 @@ from arjuna_nav.costmap.costmap import LETHAL, occupancy_of
 from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
 from arjuna_nav.costmap.layers.static import interpret_map
 from tests.helpers.nav.layers import costmap_config, scans, see
-from tests.nav.worlds import block, empty_grid, room, scan_from
+from tests.nav.worlds import empty_grid, grid_of, room, scan_from
 
 ORIGINS = [SE2(), SE2(-2.0, 1.5), SE2(0.0, 0.0, math.pi / 2), SE2(3.0, -1.0, 0.7)]
 
@@ -119,8 +119,7 @@ def test_obstacles_keep_their_position_when_the_map_grows() -> None:
 
 
 def test_clearing_forgets_obstacles_but_never_the_map() -> None:
-    grid = empty_grid(6.0, 6.0, SE2(-3.0, -3.0))
-    block(grid, 5.0, 0.0, 0.1, 6.0)
+    grid = grid_of(6.0, 6.0, (5.0, 0.0, 0.1, 6.0), origin=SE2(-3.0, -3.0))
     config = costmap_config(resolution=0.05, plugins=("static_layer", "obstacle_layer"))
 
     def marked() -> LayeredCostmap:

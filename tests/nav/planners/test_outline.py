@@ -26,7 +26,7 @@ from arjuna_nav.planners.outline import (
     relaxed_inscribed,
 )
 from tests.helpers.nav.planners import make
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline
 
 CORNERS = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
 LONG = Footprint.polygon(CORNERS)
@@ -82,9 +82,7 @@ def test_there_is_no_path_through_what_is_too_narrow() -> None:
 
 
 def test_what_collides_already_is_left_away_from_the_obstacle() -> None:
-    grid = empty_grid(4.0, 3.0)
-    block(grid, 2.25, 1.0, 0.3, 1.0)
-    costmap, start = costs(grid), SE2(2.0, 1.5, 0.0)
+    costmap, start = costs(grid_of(4.0, 3.0, (2.25, 1.0, 0.3, 1.0))), SE2(2.0, 1.5, 0.0)
     assert first_collision(costmap, LONG, start.array()[None, :]) == 0
     path = find_path(start, SE2(1.0, 1.5, math.pi), costmap, LONG, DRIVE)
     assert len(path) > 1
@@ -105,10 +103,7 @@ def test_a_steered_drive_never_turns_on_the_spot(radius: float) -> None:
 
 @pytest.mark.parametrize(("radius", "leaves"), [(0.0, False), (0.4, True)])
 def test_a_steered_drive_leaves_what_it_touches_in_a_bend_too(radius: float, leaves: bool) -> None:
-    grid = empty_grid(4.0, 3.0)
-    block(grid, 0.0, 1.65, 4.0, 0.1)
-    block(grid, 2.35, 1.0, 0.1, 0.7)
-    block(grid, 1.55, 1.3, 0.1, 0.4)
+    grid = grid_of(4.0, 3.0, (0.0, 1.65, 4.0, 0.1), (2.35, 1.0, 0.1, 0.7), (1.55, 1.3, 0.1, 0.4))
     pose = SE2(2.0, 1.5, 0.05)
     poses = lead_out(pose, costs(grid), LONG, radius)
     assert (len(poses) > 1) is leaves
@@ -130,8 +125,7 @@ class Reverser:
 def test_a_planner_that_checks_the_outline_is_not_corrected() -> None:
     # Turned round, as though it drove ahead, the outline would touch the wall.
     front = Footprint.polygon(np.array([[0.5, 0.1], [-0.1, 0.1], [-0.1, -0.1], [0.5, -0.1]]))
-    grid = empty_grid(4.0, 3.0)
-    block(grid, 0.5, 0.0, 0.1, 3.0)
+    grid = grid_of(4.0, 3.0, (0.5, 0.0, 0.1, 3.0))
     costmap = costmap_of(grid, footprint=str(front.points.tolist()))
     start, goal = SE2(2.0, 1.5), SE2(0.75, 1.5)
     plan = plan_for_outline(Reverser(), costmap, start, goal, front)
@@ -154,11 +148,7 @@ def test_a_path_of_a_long_outline_is_searched_quickly() -> None:
 def staircase() -> OccupancyGrid:
     """Return a wall with two gaps: before the near one stands a second wall, so that only a circle
     gets through; the far one is wide."""
-    grid = empty_grid(6.0, 10.0)
-    block(grid, 2.5, 0.0, 0.2, 2.3)
-    block(grid, 2.5, 2.7, 0.2, 6.3)
-    block(grid, 3.1, 1.6, 0.2, 1.8)
-    return grid
+    return grid_of(6.0, 10.0, (2.5, 0.0, 0.2, 2.3), (2.5, 2.7, 0.2, 6.3), (3.1, 1.6, 0.2, 1.8))
 
 
 def test_a_circles_path_is_replaced_by_one_of_the_outline() -> None:

@@ -22,7 +22,7 @@ from arjuna_nav.planners.pose_table import (
 )
 from tests.helpers.nav.navfn_maps import rooms
 from tests.helpers.nav.planners import CLASSES, make
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import costmap_of, grid_of, polyline
 
 CORNER = np.array([[0.0, 0.0, 0.0], [3.0, 0.0, 0.0], [3.0, 4.0, 1.57], [3.0, 4.5, 1.57]])
 LOOP = np.array(
@@ -116,10 +116,7 @@ def test_a_door_that_the_estimate_takes_for_open_is_not_the_end(use_astar: bool)
 
 
 def test_a_dead_end_as_wide_as_the_robot_is_left_by_its_mouth() -> None:
-    grid = empty_grid(8.0, 4.0)
-    block(grid, 1.0, 0.0, 2.5, 1.7)
-    block(grid, 1.0, 2.2, 2.5, 1.8)
-    block(grid, 0.8, 0.0, 0.3, 4.0)
+    grid = grid_of(8.0, 4.0, (1.0, 0.0, 2.5, 1.7), (1.0, 2.2, 2.5, 1.8), (0.8, 0.0, 0.3, 4.0))
     costmap = costmap_of(grid, radius=0.28)
     start, goal = SE2(1.5, 1.95, 3.14), SE2(6.0, 1.0)
     assert costmap.cost_at(start.x, start.y) == 253
@@ -133,9 +130,7 @@ def test_a_dead_end_as_wide_as_the_robot_is_left_by_its_mouth() -> None:
 
 
 def test_the_nearest_exit_is_not_taken_where_it_leads_nowhere() -> None:
-    grid = empty_grid(6.0, 3.0)
-    block(grid, 2.0, 0.0, 0.1, 3.0)
-    block(grid, 3.0, 0.0, 0.1, 3.0)
+    grid = grid_of(6.0, 3.0, (2.0, 0.0, 0.1, 3.0), (3.0, 0.0, 0.1, 3.0))
     grid.data[28:32, 60:62] = 0  # a hole too narrow for the robot, who stands in it
     costmap = costmap_of(grid)
     start = SE2(2.9, 1.5)

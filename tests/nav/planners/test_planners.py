@@ -19,7 +19,7 @@ from arjuna_nav.planners import Planner, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
 from tests.helpers.nav import planners
 from tests.helpers.nav.planners import CLASSES, ON_CELLS
-from tests.nav.worlds import block, costmap_of, empty_grid, room
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, room
 
 ORIGINS = [SE2(-2.0, 1.5), SE2(3.0, -1.0, 0.7)]
 MAZES = (0, 1, 2, 3, 29)  # the last is closed
@@ -123,9 +123,7 @@ def test_plans_wherever_the_grid_lies(make: Callable[..., Planner], origin: SE2)
 
 def walled(origin: SE2) -> OccupancyGrid:
     """Return a grid whose two halves are joined at the top."""
-    grid = empty_grid(4.0, 4.0, origin)
-    block(grid, 1.9, 0.0, 0.2, 3.0)
-    return grid
+    return grid_of(4.0, 4.0, (1.9, 0.0, 0.2, 3.0), origin=origin)
 
 
 def test_poses_look_along_the_path(
@@ -163,9 +161,7 @@ def test_a_blocked_goal_is_replaced_by_the_nearest_pose(
 
 
 def closed_room() -> Costmap:
-    grid = empty_grid(6.0, 4.0)
-    block(grid, 3.0, 0.0, 0.2, 4.0)
-    return costmap_of(grid)
+    return costmap_of(grid_of(6.0, 4.0, (3.0, 0.0, 0.2, 4.0)))
 
 
 @pytest.mark.parametrize(

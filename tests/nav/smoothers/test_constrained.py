@@ -19,7 +19,7 @@ from arjuna_nav.smoothers.constrained import (
     costs_at,
 )
 from arjuna_nav.smoothers.smoothers import SimpleSmoother, SimpleSmootherConfig, SmoothStatus
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import costmap_of, empty_grid, grid_of, polyline
 
 Path = NDArray[np.float64]
 EMPTY = costmap_of(empty_grid(8.0, 6.0))
@@ -73,9 +73,7 @@ def test_a_corner_becomes_a_bend_that_the_robot_can_drive(radius: float, weight:
 
 
 def test_it_keeps_off_of_costs_where_the_simple_one_does_not() -> None:
-    grid = empty_grid(8.0, 6.0)
-    block(grid, 3.5, 2.15, 0.5, 0.5)
-    costmap = costmap_of(grid, radius=0.2, inflation_radius=1.0)
+    costmap = costmap_of(grid_of(8.0, 6.0, (3.5, 2.15, 0.5, 0.5)), radius=0.2, inflation_radius=1.0)
     given = polyline([(1.0, 3.0), (3.5, 2.95), (6.0, 3.0)], 0.0)
 
     def cost(path: Path) -> float:
@@ -91,8 +89,7 @@ def test_it_keeps_off_of_costs_where_the_simple_one_does_not() -> None:
 
 
 def test_where_it_would_touch_an_obstacle_the_path_stays() -> None:
-    grid = empty_grid(8.0, 6.0)
-    block(grid, 3.0, 1.5, 0.3, 0.3)  # within the corner
+    grid = grid_of(8.0, 6.0, (3.0, 1.5, 0.3, 0.3))  # within the corner
     costmap = costmap_of(grid, radius=0.05, inflation_radius=0.05)
     config = ConstrainedSmootherConfig(w_cost=0.0)
     result = ConstrainedSmoother(config).smooth(RIGHT_ANGLE, costmap)
@@ -110,9 +107,7 @@ def test_a_cusp_stays_one_and_is_driven_in_reverse_after_it() -> None:
 
 
 def test_costs_weigh_more_about_a_cusp() -> None:
-    grid = empty_grid(8.0, 6.0)
-    block(grid, 3.3, 1.4, 0.4, 0.4)
-    costmap = costmap_of(grid, radius=0.1, inflation_radius=1.0)
+    costmap = costmap_of(grid_of(8.0, 6.0, (3.3, 1.4, 0.4, 0.4)), radius=0.1, inflation_radius=1.0)
 
     def tip(multiplier: float, length: float) -> float:
         values = {"w_cost_cusp_multiplier": multiplier, "cusp_zone_length": length, "w_dist": 500.0}

@@ -22,7 +22,7 @@ from arjuna_nav.smoothers.smoothers import (
     Smoother,
     SmoothStatus,
 )
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import costmap_of, empty_grid, grid_of, polyline
 
 CORNER = polyline([(1.0, 1.0), (3.0, 1.0), (3.0, 3.0)], 0.5)
 
@@ -64,8 +64,7 @@ def test_leaves_a_short_path_where_it_is(smoother: Smoother, count: int) -> None
 
 
 def test_does_not_smooth_into_an_obstacle() -> None:
-    grid = empty_grid(4.0, 4.0)
-    block(grid, 2.9, 1.05, 0.05, 0.05)  # in the corner's inside
+    grid = grid_of(4.0, 4.0, (2.9, 1.05, 0.05, 0.05))  # in the corner's inside
     costmap = costmap_of(grid, radius=0.02, inflation_radius=0.02)
     result = SimpleSmoother(SimpleSmootherConfig(w_data=0.05)).smooth(CORNER, costmap)
     assert result.status is SmoothStatus.FAILED_TO_SMOOTH_PATH

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from geometry_msgs.msg import Twist
@@ -16,11 +16,9 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
 from bringup.client.session import ClientError
+from bringup.lockstep import LockStep
 from bringup.stack import NAVIGATION_GROUP, SLAM_GROUP
 from tests.helpers.robots import truth
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 SHIPPED = ("urdf/arjuna.urdf", "urdf/burger.urdf", "urdf/fusion_description/urdf/fusion.xacro")
 PNG = b"\x89PNG\r\n"

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from rclpy.node import Node
@@ -15,10 +15,8 @@ from arjuna_core.ros.convert import transform_msg
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 WRONG: dict[str, dict[str, Any]] = {
     "slam_toolbox": {"base_frame": "chassis"},

@@ -121,13 +121,6 @@ def test_forbidden_transitions_fail(bench: RosBench, node: FragileNode, transiti
     assert bench.call(GetState, "fragile/get_state", GetState.Request()).current_state.id == 3
 
 
-def test_a_parameter_of_no_known_type_is_refused(bench: RosBench, node: FragileNode) -> None:
-    request = SetParameters.Request(parameters=[ParameterMsg(name="limit")])
-    request.parameters[0].value.type = 200
-    answer = bench.call(SetParameters, "fragile/set_parameters", request)
-    assert [result.successful for result in answer.results] == [False]
-
-
 def test_a_refused_value_keeps_the_one_before(bench: RosBench, node: FragileNode) -> None:
     node.broken = "on_config"
     request = SetParameters.Request(parameters=[ParameterMsg(name="limit")])

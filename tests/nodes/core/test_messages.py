@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from action_msgs.msg import GoalStatus
 from builtin_interfaces.msg import Time
 from diagnostic_msgs.msg import DiagnosticArray
 from geometry_msgs.msg import Point, PoseStamped, PoseWithCovarianceStamped, Twist
@@ -28,7 +27,6 @@ from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import MarkerArray
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.goal_client import GoalClient, GoalOutcome
 from arjuna_core.ros.goal_server import GoalNode, GoalServer
 from arjuna_core.ros.health import rules
 from arjuna_core.ros.local.cdr import to_cdr
@@ -204,11 +202,6 @@ def test_a_huge_message_is_skipped_unread(bench: RosBench, node: ReadingNode) ->
     assert [len(path.poses) for path in node.received] == [rules.POSES]
 
 
-def test_a_request_is_answered_as_failed(bench: RosBench, node: ReadingNode) -> None:
-    assert not bench.call(IsPathValid, "is_path_valid", IsPathValid.Request(path=LONG)).is_valid
-    assert bench.call(IsPathValid, "is_path_valid", IsPathValid.Request()).is_valid
-
-
 @pytest.mark.parametrize(
     ("kind", "name", "field", "item"),
     [
@@ -241,15 +234,3 @@ def test_a_parameter_not_finite_leaves_the_others(bench: RosBench, node: Reading
     first, second = bench.call(SetParameters, "reading/set_parameters", request).results
     assert (first.successful, second.successful) == (False, True)
     assert node.config.limit == 5.0
-
-
-def test_a_goal_is_aborted_and_says_why(bench: RosBench, node: ReadingNode) -> None:
-    outcomes: list[GoalOutcome] = []
-    client = GoalClient(node, FollowPath, "follow_path")
-    client.send(FollowPath.Goal(path=LONG), outcomes.append)
-    bench.process.drain()
-    (outcome,) = outcomes
-    assert outcome.status == GoalStatus.STATUS_ABORTED
-    assert outcome.result is not None
-    assert f"path.poses: {rules.POSES + 1} items" in outcome.result.error_msg
-    client.destroy()

@@ -56,8 +56,7 @@ def test_spin_turns_by_the_angle(robot: PlayedRobot, angle: float) -> None:
 
 def test_backup_drives_back_the_distance(robot: PlayedRobot) -> None:
     goal = backup(robot, 0.3, 0.15)
-    robot.run_until_done(goal, 4.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 4.0)
     assert robot.pose.x == pytest.approx(-0.3, abs=0.03)
     assert min(command.x for command in robot.commands) == pytest.approx(-0.15)
     assert goal.feedback[-1].distance_traveled == pytest.approx(0.3, abs=0.03)
@@ -76,9 +75,7 @@ def test_a_drive_has_limits_of_its_own(kind: str) -> None:
 
 @pytest.mark.parametrize(("distance", "speed"), [(0.5, 0.25), (-0.4, -0.2)])
 def test_drive_on_heading_goes_both_ways(robot: PlayedRobot, distance: float, speed: float) -> None:
-    goal = drive(robot, distance, speed)
-    robot.run_until_done(goal, 4.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(drive(robot, distance, speed), 4.0)
     assert robot.pose.x == pytest.approx(distance, abs=0.04)
     assert robot.command == STILL
 
@@ -89,8 +86,7 @@ def test_wait_stands_still_for_the_time_and_needs_nothing_else(robot: PlayedRobo
     goal = wait(robot, 2.0)
     robot.run(1.8)
     assert not goal.done
-    robot.run_until_done(goal, 0.4)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 0.4)
     assert seconds(goal.feedback[0].time_left) == pytest.approx(2.0, abs=0.15)
     assert seconds(goal.feedback[-1].time_left) < 0.2
     assert not robot.commands
@@ -106,8 +102,7 @@ def test_teleoperation_drives_as_commanded_until_it_is_ended(robot: PlayedRobot)
     robot.run(1.0)
     assert robot.command == STILL  # nobody commands any more
     robot.bench.publish(Empty, "/preempt_teleop", Empty())
-    robot.run_until_done(goal, 0.2)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 0.2)
     assert seconds(goal.feedback[-1].current_teleop_duration) == pytest.approx(1.6, abs=0.15)
     robot.forget()
     command(robot, 0.3)
@@ -121,23 +116,17 @@ def test_spinning_stops_where_a_corner_would_hit() -> None:
     world = room()
     block(world, 5.2, 5.85, 0.6, 0.1)  # 0.35 m to the left
     robot = started(LOCAL_COSTMAP, BEHAVIOR_SERVER, world=world, **parameters)
-    goal = spin(robot, 1.57)
-    robot.run_until_done(goal, 4.0)
-    assert_failed(goal, 703)
+    robot.fail(spin(robot, 1.57), 4.0, 703)
 
 
 def test_it_moves_in_a_frame_of_its_own_and_asks_for_a_young_pose() -> None:
     values = {"local_frame": "map", "transform_tolerance": 0.1}
     robot = started(LOCAL_COSTMAP, BEHAVIOR_SERVER, behavior_server=values)
-    goal = backup(robot, 0.2, 0.2)
-    robot.run_until_done(goal, 4.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(backup(robot, 0.2, 0.2), 4.0)
     goal = backup(robot, 0.4, 0.2)
     robot.run(0.2)
     robot.localized = False
-    robot.run_until_done(goal, 0.3)
-    assert_failed(goal, 712)
-    assert "over the tolerance of 0.1 s" in goal.result.error_msg
+    robot.fail(goal, 0.3, 712, "over the tolerance of 0.1 s")
 
 
 @pytest.mark.parametrize(("first", "second"), list(zip(KINDS, (*KINDS[1:], KINDS[0]), strict=True)))
@@ -149,8 +138,7 @@ def test_a_new_goal_ends_the_running_one(robot: PlayedRobot, first: str, second:
     if second == "assisted_teleop":
         robot.run(0.5)
         robot.bench.publish(Empty, "/preempt_teleop", Empty())
-    robot.run_until_done(newer, 10.0)
-    assert newer.status == SUCCEEDED
+    robot.succeed(newer, 10.0)
     assert robot.command == STILL
 
 
@@ -162,8 +150,7 @@ def test_time_or_a_lost_pose_ends_a_motion(
     goal = start(robot, kind, allowance=allowance)
     robot.run(0.5)
     robot.localized = allowance > 0.0
-    robot.run_until_done(goal, 0.8)
-    assert_failed(goal, UNKNOWN[kind] + code)
+    robot.fail(goal, 0.8, UNKNOWN[kind] + code)
     assert ("allowance of 1 s" in goal.result.error_msg) is robot.localized
     assert robot.command == STILL
 
@@ -184,8 +171,7 @@ def test_nothing_moves_without_a_costmap(robot: PlayedRobot, kind: str) -> None:
     goal = start(robot, kind)
     robot.run(0.5)
     robot.transition(COSTMAP, "deactivate")
-    robot.run_until_done(goal, 0.2)
-    assert_failed(goal, UNKNOWN[kind])
+    robot.fail(goal, 0.2, UNKNOWN[kind])
     assert robot.command == STILL
     robot.forget()
     assert_failed(start(robot, kind), UNKNOWN[kind])
@@ -213,6 +199,5 @@ def test_what_makes_no_sense_is_not_started(robot: PlayedRobot) -> None:
         *((spin(robot, angle), 700) for angle in (math.nan, math.inf)),
     ]
     for goal, code in impossible:
-        robot.run_until_done(goal, 0.2)
-        assert_failed(goal, code)
+        robot.fail(goal, 0.2, code)
     assert all(command == STILL for command in robot.commands)

@@ -33,6 +33,7 @@ from tests.helpers.nav.navigator_goals import (
     go,
     made,
     stamped,
+    written_tree,
 )
 from tests.helpers.nav.routes import written
 
@@ -44,12 +45,6 @@ PLAN = '<ComputePathToPose goal="{goal}" path="{path}" planner_id="GridBased"/>'
 @pytest.fixture
 def robot(tmp_path: Path) -> PlayedRobot:
     return made(bt_folder=str(tmp_path))
-
-
-def tree(folder: Path, inside: str, name: str = "mine.xml") -> str:
-    text = f'<root BTCPP_format="4"><BehaviorTree ID="Mine">{inside}</BehaviorTree></root>'
-    (folder / name).write_text(text, encoding="utf-8")
-    return name
 
 
 def through(robot: PlayedRobot, *poses: SE2) -> Goal:
@@ -81,8 +76,7 @@ def test_nav2s_default_tree_replans_once_a_second_and_its_nodes_are_logged(
 
 def test_poses_are_passed_by_nav2s_default_tree(robot: PlayedRobot) -> None:
     goal = through(robot, SE2(1.5, 1.0), SE2(0.0, 1.8), SE2(-1.2, 0.5))
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 60.0)
     assert robot.pose.distance(SE2(-1.2, 0.5)) < TOLERANCE
     left = [each.number_of_poses_remaining for each in goal.feedback]
     assert (left[0], left[-1]) == (3, 1)
@@ -106,11 +100,8 @@ def test_a_newer_goal_replaces_the_running_one_of_the_same_tree(robot: PlayedRob
     robot.run(1.2)
     assert_failed(older, 0)
     assert min(command.x for command in robot.commands) > 0.1
-    other = go(robot, GOAL)  # by the default tree
-    assert_failed(other, 0)
-    assert TO_POSE in other.result.error_msg
-    robot.run_until_done(newer, 30.0)
-    assert newer.status == SUCCEEDED
+    assert_failed(go(robot, GOAL), 0, TO_POSE)  # by the default tree
+    robot.succeed(newer, 30.0)
     assert robot.pose.distance(SE2(3.0, 1.4)) < TOLERANCE
 
 
@@ -119,14 +110,12 @@ def test_a_goal_moved_at_the_last_moment_is_still_gone_to(robot: PlayedRobot) ->
     go(robot, SE2(0.6, 0.0), TO_POSE)
     while robot.pose.distance(SE2(0.6, 0.0)) > TOLERANCE + 0.05:
         robot.run(0.02)
-    newer = go(robot, SE2(0.6, 1.2), TO_POSE)
-    robot.run_until_done(newer, 30.0)
-    assert newer.status == SUCCEEDED
+    robot.succeed(go(robot, SE2(0.6, 1.2), TO_POSE), 30.0)
     assert robot.pose.distance(SE2(0.6, 1.2)) < TOLERANCE
 
 
 def test_a_tree_of_ones_own(robot: PlayedRobot, tmp_path: Path) -> None:
-    name = tree(
+    name = written_tree(
         tmp_path,
         f'<Sequence>{PLAN}<SmoothPath unsmoothed_path="{{path}}" smoothed_path="{{smooth}}"/>'
         '<IsPathValid path="{smooth}"/><FollowPath path="{smooth}" controller_id="FollowPath"/>'
@@ -165,7 +154,7 @@ def test_a_goal_is_reached_by_each_shipped_tree_of_nav2(robot: PlayedRobot, name
 
 def test_a_goal_that_is_moved_is_followed(robot: PlayedRobot, tmp_path: Path) -> None:
     """The shape of Nav2's follow_point: the tree never ends, the robot keeps its distance."""
-    name = tree(
+    name = written_tree(
         tmp_path,
         '<PipelineSequence><RateController hz="1.0"><Sequence>'
         '<GoalUpdater input_goal="{goal}" output_goal="{moved}">'
@@ -193,20 +182,17 @@ def test_a_tree_that_is_wrong_ends_its_goal(robot: PlayedRobot, tmp_path: Path) 
         ("<Spin server_name='whirl'/>", "the behavior tree failed"),
         ("<AlwaysFailure/>", "the behavior tree failed"),
     ):
-        goal = go(robot, GOAL, tree(tmp_path, inside))
+        goal = go(robot, GOAL, written_tree(tmp_path, inside))
         robot.run_until_done(goal, 5.0)
         assert goal.result.error_code == 0
         assert says in goal.result.error_msg
-    good = go(robot, SE2(0.4, 0.0))
-    robot.run_until_done(good, 30.0)
-    assert good.status == SUCCEEDED
+    robot.succeed(go(robot, SE2(0.4, 0.0)), 30.0)
 
 
 def test_a_tree_outside_the_folder_is_not_read(robot: PlayedRobot) -> None:
     for name in ("none.xml", "../secret.xml", "/etc/passwd"):
         goal = go(robot, GOAL, name)
-        assert_failed(goal, 0)
-        assert f"there is no behavior tree '{name}'" in goal.result.error_msg
+        assert_failed(goal, 0, f"there is no behavior tree '{name}'")
         assert "bt_folder" in goal.result.error_msg
 
 
@@ -223,7 +209,7 @@ def test_a_default_tree_that_does_not_exist_is_refused(capfd: pytest.CaptureFixt
 def test_goals_that_name_no_tree_are_driven_by_the_default(
     tmp_path: Path, name: str, node: str
 ) -> None:
-    tree(tmp_path, f'<Sequence name="Mine">{PLAN}<FollowPath path="{{path}}"/></Sequence>')
+    written_tree(tmp_path, f'<Sequence name="Mine">{PLAN}<FollowPath path="{{path}}"/></Sequence>')
     file = tmp_path / name if name == "mine.xml" else name
     robot = made(default_nav_to_pose_bt_xml=str(file))
     log = robot.bench.collect(BehaviorTreeLog, "behavior_tree_log")

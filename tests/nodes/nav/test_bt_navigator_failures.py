@@ -88,9 +88,7 @@ def test_goals_of_a_robot_that_has_overturned_end(
 
 def test_what_no_recovery_mends_fails_at_once(robot: PlayedRobot) -> None:
     for goal, code in BAD:
-        sent = go(robot, goal)
-        robot.run_until_done(sent, 0.5)
-        assert_failed(sent, code)
+        robot.fail(go(robot, goal), 0.5, code)
         assert_stopped_for_good(robot)
 
 
@@ -103,8 +101,7 @@ def test_bad_goals_leave_the_running_one_alone(robot: PlayedRobot) -> None:
         robot.run(0.5)
         assert_failed(bad, code)
     assert min(command.x for command in robot.commands) > 0.1
-    robot.run_until_done(good, 30.0)
-    assert good.status == SUCCEEDED
+    robot.succeed(good, 30.0)
     good = through(robot, GOAL)
     drive(robot)
     robot.forget()
@@ -117,8 +114,7 @@ def test_bad_goals_leave_the_running_one_alone(robot: PlayedRobot) -> None:
 def test_what_cannot_be_reached_fails_after_the_recoveries() -> None:
     robot = made(number_of_retries=4, wait_duration=0.5)
     goal = go(robot, IN_RING)
-    robot.run_until_done(goal, 60.0)
-    assert_failed(goal, 208)
+    robot.fail(goal, 60.0, 208)
     assert goal.feedback[-1].number_of_recoveries == 4
     rates = [command.yaw_rate for command in robot.commands]
     assert max(rates) > 0.5  # it span
@@ -142,8 +138,7 @@ def test_a_robot_that_is_shut_in_is_not_driven_and_continues_once_free(robot: Pl
     assert goal.feedback[-1].number_of_recoveries > 0
     assert robot.pose.distance(SE2()) < 0.5
     robot.world.data[:] = free
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 60.0)
 
 
 def test_a_path_that_is_blocked_is_left(robot: PlayedRobot) -> None:
@@ -154,8 +149,7 @@ def test_a_path_that_is_blocked_is_left(robot: PlayedRobot) -> None:
     block(
         robot.world, x + 0.8 * math.cos(heading) - 0.2, y + 0.8 * math.sin(heading) - 0.2, 0.4, 0.4
     )
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 60.0)
     assert robot.pose.distance(SE2(2.0, 1.5)) < TOLERANCE
 
 
@@ -173,9 +167,7 @@ def test_a_robot_that_does_not_know_its_pose_refuses() -> None:
     robot.localized = False
     robot.run(1.0)
     goal = go(robot, GOAL)
-    robot.run_until_done(goal, 2.2)
-    assert_failed(goal, 202)
-    assert "3.0" in goal.result.error_msg
+    robot.fail(goal, 2.2, 202, "3.0")
     assert "(waited for 2.0" in goal.result.error_msg
 
 
@@ -187,8 +179,7 @@ def test_a_pose_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
     robot.run(5.0)
     assert "stands and waits: map -> base_link" in message_of(diagnostics[-1], "/bt_navigator")
     robot.localized = True
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 30.0)
 
 
 def test_a_goal_waiting_for_the_pose_is_replaced_and_cancelled(
@@ -223,8 +214,7 @@ def test_a_lost_pose_stops_the_robot_until_it_is_known(
         diagnostics[-1], "/bt_navigator"
     )
     robot.localized = True
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 30.0)
     assert "could be used" in message_of(diagnostics[-1], "/bt_navigator")
 
 
@@ -250,8 +240,7 @@ def test_a_dead_scanner_stops_the_robot(robot: PlayedRobot) -> None:
     assert "no scan on /scan" in troubles["/local_costmap/local_costmap"]
     assert "no scan has come on /scan for" in troubles["/collision_monitor"]
     robot.sees = True
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 30.0)
 
 
 @pytest.mark.parametrize(
@@ -268,26 +257,19 @@ def test_a_server_that_rests_ends_the_goal(name: str, code: int) -> None:
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)
     robot.transition(name, "deactivate")
-    robot.run_until_done(goal, 20.0)
-    assert_failed(goal, code)
+    robot.fail(goal, 20.0, code)
     assert_stopped_for_good(robot)
 
 
 def test_a_behavior_server_that_rests_does_not_end_the_goal(robot: PlayedRobot) -> None:
     robot.transition("behavior_server", "deactivate")
-    goal = go(robot, IN_RING)
-    robot.run_until_done(goal, 60.0)
-    assert_failed(goal, 208)
+    robot.fail(go(robot, IN_RING), 60.0, 208)
 
 
 def test_poses_that_cannot_be_passed_fail_with_codes_of_their_own(robot: PlayedRobot) -> None:
     for poses, code in (((), 309), ((GOAL, IN_BOX), 306), ((GOAL, SE2(9.0, 0.0)), 304)):
-        goal = through(robot, *poses)
-        robot.run_until_done(goal, 0.5)
-        assert_failed(goal, code)
-    goal = through(robot, GOAL, frame="moon")
-    robot.run_until_done(goal, 0.5)
-    assert_failed(goal, 302)
+        robot.fail(through(robot, *poses), 0.5, code)
+    robot.fail(through(robot, GOAL, frame="moon"), 0.5, 302)
     assert robot.command == STILL
 
 
@@ -297,8 +279,6 @@ def test_transforms_that_contradict_living_ones_end_no_goal(robot: PlayedRobot) 
         message = TFMessage(transforms=[transform_msg(SE2(9.0), parent, child, robot.now)])
         robot.bench.publish(TFMessage, "/tf", message, qos.TF)
         robot.run(0.1)
-    goal = go(robot, SE2(2.0, 1.0))
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(go(robot, SE2(2.0, 1.0)), 60.0)
     said = " ".join(f"{s.message} {s.values}" for each in diagnostics for s in each.status)
     assert "frames would form a loop: map -> odom -> map" in said

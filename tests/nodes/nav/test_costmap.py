@@ -263,32 +263,26 @@ def everything(robot: PlayedRobot, name: str) -> None:
     robot.bench.call(ClearEntireCostmap, service, ClearEntireCostmap.Request())
 
 
-def around(service: str, distance: float = 4.0) -> Callable[[PlayedRobot, str], None]:
+def clearing(kind: Any, service: str, **fields: Any) -> Callable[[PlayedRobot, str], None]:
     def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapAroundRobot.Request(reset_distance=distance)
-        robot.bench.call(ClearCostmapAroundRobot, service.format(name), request)
+        robot.bench.call(kind, service.format(name), kind.Request(**fields))
 
     return clear
+
+
+def around(service: str, distance: float = 4.0) -> Callable[[PlayedRobot, str], None]:
+    return clearing(ClearCostmapAroundRobot, service, reset_distance=distance)
 
 
 def except_region(service: str, distance: float = 1.0) -> Callable[[PlayedRobot, str], None]:
-    def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapExceptRegion.Request(reset_distance=distance)
-        robot.bench.call(ClearCostmapExceptRegion, service.format(name), request)
-
-    return clear
+    return clearing(ClearCostmapExceptRegion, service, reset_distance=distance)
 
 
 def around_pose(
-    service: str, x: float = BOX[0], frame: str = "map", distance: float = 1.0
+    service: str, x: float = BOX[0], frame: str = "map"
 ) -> Callable[[PlayedRobot, str], None]:
-    def clear(robot: PlayedRobot, name: str) -> None:
-        request = ClearCostmapAroundPose.Request(
-            pose=pose_stamped(SE2(x, 0.0), frame, 0.0), reset_distance=distance
-        )
-        robot.bench.call(ClearCostmapAroundPose, service.format(name), request)
-
-    return clear
+    pose = pose_stamped(SE2(x), frame, 0.0)
+    return clearing(ClearCostmapAroundPose, service, pose=pose, reset_distance=1.0)
 
 
 @pytest.mark.parametrize("name", [GLOBAL, LOCAL])
@@ -316,7 +310,7 @@ def test_what_lies_elsewhere_is_kept(robot: PlayedRobot, name: str) -> None:
         around("/{0}/clear_around_{0}", -1.0),
         around("/{0}/clear_around_{0}", math.nan),
         except_region("/{0}/clear_except_{0}", 4.0),
-        around_pose("/{0}/clear_around_pose_{0}", -1.0),
+        around_pose("/{0}/clear_around_pose_{0}", x=-1.0),
         around_pose("/{0}/clear_around_pose_{0}", frame="moon"),
     ):
         clear(robot, name)

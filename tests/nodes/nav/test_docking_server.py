@@ -88,8 +88,7 @@ def test_a_robot_that_was_moved_off_its_dock_is_in_none(
 def test_it_docks_by_pose_where_the_robot_stands_near(robot: PlayedRobot) -> None:
     pose = pose_stamped(SE2(0.7, 0.05, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_non_charging_dock", navigate_to_staging_pose=False)
-    robot.run_until_done(goal, 60.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 60.0)
     assert robot.pose.distance(SE2(0.7, 0.05)) < 0.02
     assert {each.state for each in goal.feedback} == {2, 3}
 
@@ -120,8 +119,7 @@ def test_orders_that_cannot_be_carried_out_end_with_their_codes(robot: PlayedRob
         (dock_at(robot, here, "hook"), 902, "no dock type 'hook'; valid: simple_"),
         (dock_at(robot, broken(), "simple_charging_dock"), 999, "is no rotation"),
     ):
-        assert_failed(goal, code)
-        assert says in goal.result.error_msg
+        assert_failed(goal, code, says)
         assert not goal.result.success
     pose = pose_stamped(SE2(20.0, 0.0, 0.0), "map", 0.0)
     goal = dock_at(robot, pose, "simple_charging_dock")
@@ -141,8 +139,7 @@ def test_a_newer_order_ends_the_older(robot: PlayedRobot) -> None:
     docking = dock(robot)
     robot.run(1.0)
     leaving = undock(robot)
-    assert_failed(docking, DockRobot.Result.UNKNOWN)
-    assert "replaced by undock_robot" in docking.result.error_msg
+    assert_failed(docking, DockRobot.Result.UNKNOWN, "replaced by undock_robot")
     robot.run_until_done(leaving, 1.0)
     assert leaving.status == SUCCEEDED  # it is in none
 
@@ -183,7 +180,5 @@ def test_a_dock_of_no_kind_fails_its_goals(
     tmp_path: Path, capfd: pytest.CaptureFixture[str]
 ) -> None:
     robot = made(tmp_path, **{"home.type": "hook"})
-    goal = dock(robot)
-    robot.run_until_done(goal, 5.0)
-    assert_failed(goal, DockRobot.Result.DOCK_NOT_VALID)
+    robot.fail(dock(robot), 5.0, DockRobot.Result.DOCK_NOT_VALID)
     assert "dock 'home' is of type 'hook'; valid: simple_charging_dock" in capfd.readouterr().err

@@ -104,8 +104,7 @@ def test_time_set_back_is_survived_where_that_is_asked_for(tmp_path: Path) -> No
     count = len(goal.feedback)
     robot.run(1.0)
     assert len(goal.feedback) > count + 5
-    robot.run_until_done(goal, 20.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 20.0)
     assert robot.pose.distance(GOAL) < TOLERANCE
 
 
@@ -115,6 +114,5 @@ def test_a_list_of_waypoints_survives_time_set_back(tmp_path: Path) -> None:
     goal = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
     drive(robot)
     robot.bench.set_back()
-    robot.run_until_done(goal, 30.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 30.0)
     assert len(goal.result.missed_waypoints) == 0

@@ -14,7 +14,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot
+from tests.helpers.nav.navigation import PlayedRobot
 from tests.helpers.nav.navigator_goals import GOAL, IN_BOX, IN_RING, go, made, stamped
 
 ENDED = {GoalStatus.STATUS_SUCCEEDED, GoalStatus.STATUS_CANCELED, GoalStatus.STATUS_ABORTED}
@@ -100,9 +100,7 @@ def test_each_goal_of_a_storm_ends_once_and_the_next_is_reached(seed: int) -> No
     assert {answer and answer.status for answer in results} <= ENDED
     robot.run(0.5)
     assert robot.command == STILL
-    goal = go(robot, GOAL)
-    robot.run_until_done(goal, 40.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(go(robot, GOAL), 40.0)
 
 
 @pytest.mark.parametrize("name", ["bt_navigator", "planner_server", "controller_server"])
@@ -116,6 +114,4 @@ def test_goals_end_however_a_server_is_brought_down_and_up(name: str) -> None:
         robot.run(0.2)
     forgotten = {GoalStatus.STATUS_UNKNOWN}  # by a server that was made again
     assert {answer and answer.status for answer in storm.results()} <= ENDED | forgotten
-    goal = go(robot, GOAL)
-    robot.run_until_done(goal, 40.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(go(robot, GOAL), 40.0)

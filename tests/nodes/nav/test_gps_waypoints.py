@@ -67,18 +67,14 @@ def test_the_first_fix_says_where_the_map_lies() -> None:
     fix(robot, GeoPoint(0.0, 0.0), status=-1)  # the receiver has no fix yet
     fix(robot, HERE)
     fix(robot, GeoPoint(-10.0, 3.0))  # later ones change nothing
-    goal = follow(robot, *on_earth(MapOnEarth(HERE, 0.3, 0.2), 0.0, STOPS[0]))
-    robot.run_until_done(goal, 40.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(follow(robot, *on_earth(MapOnEarth(HERE, 0.3, 0.2), 0.0, STOPS[0])), 40.0)
     assert robot.pose.distance(STOPS[0]) < 0.16
 
 
 def test_without_fix_or_datum_it_says_what_is_missing() -> None:
     robot = made()
     fix(robot, HERE, frame="nowhere")  # of a receiver whose point is not known
-    goal = follow(robot, geo_pose(HERE, 0.0))
-    assert_failed(goal, UNKNOWN)
-    assert "no fix has come on 'gps/fix'" in goal.result.error_msg
+    assert_failed(follow(robot, geo_pose(HERE, 0.0)), UNKNOWN, "no fix has come on 'gps/fix'")
 
 
 def test_a_point_that_is_invalid_ends_it() -> None:
@@ -92,9 +88,7 @@ def test_a_point_that_is_invalid_ends_it() -> None:
         ),
         (GeoPose(orientation=Quaternion(w=0.0)), "gps_poses: item 1: orientation: quaternion"),
     ):
-        goal = follow(robot, geo_pose(HERE, 0.0), pose)
-        assert_failed(goal, UNKNOWN)
-        assert says in goal.result.error_msg
+        assert_failed(follow(robot, geo_pose(HERE, 0.0), pose), UNKNOWN, says)
 
 
 def test_the_newer_list_of_either_kind_counts() -> None:
@@ -104,13 +98,11 @@ def test_the_newer_list_of_either_kind_counts() -> None:
     robot.run(1.0)
     poses = [pose_stamped(SE2(0.5, 0.5), "map", 0.0)]
     second = robot.send(FollowWaypoints, "follow_waypoints", FollowWaypoints.Goal(poses=poses))
-    assert_failed(first, UNKNOWN)
-    assert "replaced by follow_waypoints" in first.result.error_msg
+    assert_failed(first, UNKNOWN, "replaced by follow_waypoints")
     robot.run(1.0)
     third = follow(robot, *on_earth(field, HEADING, SE2(0.4, 0.0)))
     assert_failed(second, UNKNOWN)
-    robot.run_until_done(third, 30.0)
-    assert third.status == SUCCEEDED
+    robot.succeed(third, 30.0)
     assert follow(robot).result.error_msg.startswith("there is no waypoint 0")
 
 

@@ -52,8 +52,7 @@ def test_a_motion_ends_where_it_was_asked_to(
 ) -> None:
     goal = goal_of(robot, name, **fields)
     assert not goal_of(robot, "rotate_angle", angle=1.0).accepted  # one motion at a time
-    robot.run_until_done(goal, 8.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 8.0)
     assert robot.pose.distance(expected) < 0.05
     assert robot.pose.theta == pytest.approx(expected.theta, abs=0.1)
     assert goal.result.pose.header.frame_id == "odom"
@@ -67,8 +66,7 @@ def test_it_drives_to_a_position_of_odometry(robot: PlayedRobot) -> None:
     pose.header.frame_id = "odom"
     pose.pose.position.y = 0.6
     goal = goal_of(robot, "navigate_to_position", goal_pose=pose, achieve_goal_heading=True)
-    robot.run_until_done(goal, 12.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 12.0)
     assert robot.pose.distance(SE2(0.0, 0.6, 0.0)) < 0.05
     assert [each.navigate_state for each in goal.feedback][-1] == 3
 

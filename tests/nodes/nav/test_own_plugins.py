@@ -26,7 +26,7 @@ from arjuna_core.se2 import SE2
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand
 from bringup.stack import NAVIGATION_GROUP, ROUTE_SERVER, all_nodes
-from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, assert_failed, started
+from tests.helpers.nav.navigation import SUCCEEDED, PlayedRobot, started
 from tests.helpers.nav.plugins_page import parameters
 from tests.helpers.nav.routes import square, written
 from tests.nav.worlds import polyline
@@ -72,8 +72,7 @@ def test_a_planner_a_smoother_a_behavior_and_a_dock(robot: PlayedRobot) -> None:
     robot.run_until_done(goal, 3.0)
     assert len(poses_from_path(goal.result.path)) == len(route) // 2 + 1
     goal = robot.send(Wait, "count", Wait.Goal())
-    robot.run_until_done(goal, 3.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 3.0)
     assert [each.time_left.sec for each in goal.feedback] == [*range(9, 0, -1)]
     staging = robot.nodes["docking_server"]._book.types["side"].staging_pose(SE2(1.2, 0.4))
     assert staging.distance(SE2(1.2, 0.9)) < 1e-9
@@ -86,8 +85,7 @@ def test_a_controller_and_checkers(robot: PlayedRobot) -> None:
     goal = robot.send(FollowPath, "follow_path", request)
     robot.run(2.0)
     assert robot.command.x == pytest.approx(0.07)
-    robot.run_until_done(goal, 20.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 20.0)
     assert robot.pose.x >= 0.499
 
 
@@ -118,9 +116,7 @@ def test_a_task_and_a_navigator(robot: PlayedRobot, capfd: pytest.CaptureFixture
     poses = [pose_stamped(SE2(0.3 * k, 0.0), "map", 0.0) for k in (1, 2)]
     for name in ("follow_waypoints", "patrol"):
         request = FollowWaypoints.Goal(poses=poses, number_of_loops=0)
-        goal = robot.send(FollowWaypoints, name, request)
-        robot.run_until_done(goal, 30.0)
-        assert goal.status == SUCCEEDED
+        robot.succeed(robot.send(FollowWaypoints, name, request), 30.0)
     log = capfd.readouterr().err
     assert "hello from waypoint 0" in log
     assert "hello from waypoint 1" in log
@@ -166,6 +162,4 @@ def test_missing_modules_are_named(own_plugins: Path, capfd: pytest.CaptureFixtu
     pose = pose_stamped(SE2(1.0, 0.0), "map", 0.0)
     goal = NavigateToPose.Goal(pose=pose, behavior_tree="east.xml")
     sent = robot.send(NavigateToPose, "navigate_to_pose", goal)
-    robot.run_until_done(sent, 3.0)
-    assert_failed(sent, 0)
-    assert "there is no node 'IsEast'" in sent.result.error_msg
+    robot.fail(sent, 3.0, 0, "there is no node 'IsEast'")

@@ -148,16 +148,14 @@ def test_a_costmap_not_current_is_a_timeout(robot: PlayedRobot, ask: Any, code: 
     robot.run(0.8)
     assert not goal.done
     robot.run(0.5)
-    assert_failed(goal, code)
-    assert "global_costmap" in goal.result.error_msg
+    assert_failed(goal, code, "global_costmap")
     assert "map" in goal.result.error_msg
 
 
 def test_a_goal_waits_for_the_costmap_to_become_current(robot: PlayedRobot) -> None:
     goal = to_pose(robot)
     assert not goal.done
-    robot.run_until_done(goal, 0.9)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 0.9)
     assert 0.1 < seconds(goal.result.planning_time) < 0.9
 
 
@@ -186,19 +184,13 @@ def test_newer_goals_replace_those_that_wait(robot: PlayedRobot) -> None:
 def test_a_costmap_that_rests_is_a_timeout(robot: PlayedRobot) -> None:
     robot.run(1.0)
     robot.transition("global_costmap/global_costmap", "deactivate")
-    goal = to_pose(robot)
-    robot.run_until_done(goal, 1.5)
-    assert_failed(goal, Result.TIMEOUT)
-    assert "not active" in goal.result.error_msg
+    robot.fail(to_pose(robot), 1.5, Result.TIMEOUT, "not active")
 
 
 def test_a_map_that_grows_is_planned_on() -> None:
     robot = PlayedRobot()
     robot.bring_up(GLOBAL_COSTMAP, PLANNER_SERVER)
-    goal = to_pose(robot)
-    robot.run_until_done(goal, 2.0)
-    assert_failed(goal, Result.TIMEOUT)
-    assert "no map" in goal.result.error_msg
+    robot.fail(to_pose(robot), 2.0, Result.TIMEOUT, "no map")
     robot.send_map(empty_grid(3.0, 3.0, SE2(-1.5, -1.5)))
     robot.run(1.0)
     assert_failed(to_pose(robot), Result.GOAL_OUTSIDE_MAP)

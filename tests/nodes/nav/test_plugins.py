@@ -95,11 +95,8 @@ def test_its_parameters_are_the_node_s(controlled: PlayedRobot) -> None:
 
 def test_the_goal_chooses_its_checkers(controlled: PlayedRobot) -> None:
     goal = follow(controlled, goal_checker_id="anyhow", progress_checker_id="turning")
-    controlled.run_until_done(goal, 10.0)
-    assert goal.status == SUCCEEDED
-    exact = follow(controlled, goal_checker_id="standing")
-    controlled.run_until_done(exact, 10.0)
-    assert exact.status == SUCCEEDED
+    controlled.succeed(goal, 10.0)
+    controlled.succeed(follow(controlled, goal_checker_id="standing"), 10.0)
     assert abs(controlled.command.x) < 0.25
 
 
@@ -113,8 +110,7 @@ def plan(robot: PlayedRobot, name: str) -> Any:
     target = pose_stamped(SE2(4.0, 1.0), "map", 0.0)
     request = ComputePathToPose.Goal(goal=target, planner_id=name)
     goal = robot.send(ComputePathToPose, "compute_path_to_pose", request)
-    robot.run_until_done(goal, 3.0)
-    assert goal.status == SUCCEEDED
+    robot.succeed(goal, 3.0)
     return goal.result.path
 
 

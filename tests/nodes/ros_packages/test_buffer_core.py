@@ -6,7 +6,6 @@ import math
 
 import pytest
 from geometry_msgs.msg import TransformStamped
-from rclpy.duration import Duration
 from rclpy.time import Time
 from tf2_py import (
     BufferCore,
@@ -51,12 +50,6 @@ def test_a_chain_is_multiplied_out_at_the_latest_time(core: BufferCore) -> None:
     assert found.header.stamp.sec == 2
 
 
-def test_between_two_stamps_it_interpolates(core: BufferCore) -> None:
-    found = core.lookup_transform_core("odom", "base", at(1.5)).transform
-    assert found.translation.x == pytest.approx(0.5)
-    assert 2.0 * math.atan2(found.rotation.z, found.rotation.w) == pytest.approx(math.pi / 4.0)
-
-
 def test_a_time_is_one_of_rclpy_or_the_stamp_of_a_message(core: BufferCore) -> None:
     for time in (at(1.5), at(1.5).to_msg()):
         assert core.can_transform_core("odom", "base", time) == (True, "")
@@ -84,12 +77,6 @@ def test_its_frames_and_times_are_listed(core: BufferCore) -> None:
 def test_backwards_is_the_inverse(core: BufferCore) -> None:
     t = core.lookup_transform_core("lidar", "odom", at(2.0)).transform.translation
     assert (t.x, t.y) == pytest.approx((-0.5, 1.0))
-
-
-def test_between_two_branches_of_the_tree(core: BufferCore) -> None:
-    core.set_transform_static(transform("base", "camera", 0.0, 0.2))
-    t = core.lookup_transform_core("camera", "lidar", at(7.0)).transform.translation
-    assert t.x == pytest.approx(0.3)
 
 
 def test_between_two_times_through_a_fixed_frame(core: BufferCore) -> None:
@@ -124,29 +111,12 @@ def test_unknown_and_unconnected_frames_are_distinguished(core: BufferCore) -> N
     )
 
 
-def test_old_transforms_are_forgotten() -> None:
-    core = BufferCore(Duration(seconds=2.0))
-    for stamp in (1.0, 2.0, 4.5):
-        assert core.set_transform(transform("odom", "base", stamp))
-    assert not core.set_transform(transform("odom", "base", 2.0))
-    with pytest.raises(ExtrapolationException, match="past"):
-        core.lookup_transform_core("odom", "base", at(2.0))
-
-
 @pytest.mark.parametrize(
     "wrong", [transform("a", "a", 0.0), transform("", "b", 0.0), transform("a", "b", 0.0, math.nan)]
 )
 def test_what_is_no_transform_is_refused(wrong: TransformStamped) -> None:
     with pytest.raises(InvalidArgumentException, match=r"no (transform|rigid motion)"):
         BufferCore().set_transform(wrong)
-
-
-def test_a_circle_of_frames_ends() -> None:
-    core = BufferCore()
-    core.set_transform(transform("a", "b", 1.0))
-    core.set_transform(transform("b", "a", 1.0))
-    with pytest.raises(LookupException, match="frames form a loop"):
-        core.lookup_transform_core("a", "b", Time())
 
 
 def test_frames_as_yaml_name_parent_and_rate(core: BufferCore) -> None:

@@ -23,8 +23,6 @@ from rosidl_runtime_py.utilities import (
     is_service,
 )
 
-pytestmark = pytest.mark.ros
-
 
 def test_interfaces_are_found_by_their_types_names() -> None:
     assert get_message("geometry_msgs/msg/Twist") is Twist

@@ -6,7 +6,6 @@ import math
 from functools import partial
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 from geometry_msgs.msg import Twist, TwistStamped, Vector3
@@ -21,10 +20,9 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.model.robot import SOLO
-from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
-from tests.nodes.sim.running import SUCCESS, run, start_sim
+from tests.nodes.sim.running import run, start_sim
 
 
 def test_a_tick_moves_the_clock_of_the_whole_process(bench: RosBench) -> None:
@@ -165,15 +163,6 @@ def test_unknown_parameter_is_refused(bench: RosBench) -> None:
 def test_missing_robot_fails_the_transition(bench: RosBench, tmp_path: Path) -> None:
     node = SimNode(bench.process, {"robot": str(tmp_path / "none.urdf")})
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
-
-
-@pytest.mark.parametrize("cls", [SimNode, RobotStatePublisherNode])
-def test_lifecycle_runs_twice(bench: RosBench, cls: Any) -> None:
-    node = cls(bench.process)
-    for _ in range(2):
-        for step in ("configure", "activate", "deactivate", "cleanup"):
-            assert getattr(node, f"trigger_{step}")() == SUCCESS
-            bench.process.drain()
 
 
 def test_inactive_simulator_stands_still(bench: RosBench) -> None:

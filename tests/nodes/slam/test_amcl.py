@@ -6,12 +6,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-from tests.nodes.slam.nodes import Logged
-
-pytest.importorskip("rclpy")
-pytest.importorskip("nav2_msgs")
-
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav2_msgs.msg import ParticleCloud
 from nav2_msgs.srv import SetInitialPose
@@ -38,9 +32,8 @@ from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.nodes.amcl import AmclNode
 from tests.helpers.amcl_room import ROOM, Room, started
 from tests.helpers.ros import RosBench
+from tests.nodes.slam.nodes import Logged
 from tests.slam.amcl.room import BOXES, DT, Robot, room_map
-
-pytestmark = pytest.mark.ros
 
 
 def test_without_an_initial_pose_it_finds_itself_in_the_map(room: Room) -> None:
@@ -56,15 +49,6 @@ def test_without_an_initial_pose_it_finds_itself_in_the_map(room: Room) -> None:
 def test_a_motion_model_of_one_s_own(room: Room, own_plugins: Path) -> None:
     started(room, robot_model_type="my_motion:sure")
     room.drive(5)
-    assert room.error[0] < 0.06
-
-
-def test_a_map_that_comes_late_is_used(room: Room) -> None:
-    started(room, with_map=False)
-    room.drive(3)
-    assert room.poses == []
-    room.publish_map()
-    room.drive(3)
     assert room.error[0] < 0.06
 
 
@@ -85,29 +69,20 @@ def test_map_to_odom_is_broadcast_with_each_scan_dated_ahead(room: Room) -> None
     assert seconds(newest.header.stamp) == pytest.approx(room.robot.now + 0.5)
 
 
-def test_an_initial_pose_is_where_it_starts(room: Room) -> None:
-    started(room, global_localization_at_start="never")
+@pytest.mark.parametrize("how", ["on the topic", "before the map", "by the service"])
+def test_an_initial_pose_is_where_it_starts(room: Room, how: str) -> None:
+    started(room, with_map=how != "before the map", global_localization_at_start="never")
     room.drive(2)
     assert room.poses == []
-    room.put_robot(room.robot.pose)
-    room.drive(2)
-    assert room.error[0] < 0.06
-
-
-def test_an_initial_pose_before_the_map_is_kept(room: Room) -> None:
-    started(room, with_map=False, global_localization_at_start="never")
-    room.put_robot(room.robot.pose)
-    room.publish_map()
-    room.drive(2)
-    assert room.error[0] < 0.06
-
-
-def test_the_service_sets_the_pose_too(room: Room) -> None:
-    started(room, global_localization_at_start="never")
-    request = SetInitialPose.Request()
-    request.pose.header.frame_id = "map"
-    request.pose.pose.pose = pose_msg(room.robot.pose)
-    room.bench.call(SetInitialPose, "set_initial_pose", request)
+    if how == "by the service":
+        request = SetInitialPose.Request()
+        request.pose.header.frame_id = "map"
+        request.pose.pose.pose = pose_msg(room.robot.pose)
+        room.bench.call(SetInitialPose, "set_initial_pose", request)
+    else:
+        room.put_robot(room.robot.pose)
+    if how == "before the map":
+        room.publish_map()
     room.drive(2)
     assert room.error[0] < 0.06
 
@@ -175,12 +150,8 @@ def initial_pose(
     ("message", "reason"),
     [
         (initial_pose(frame="odom"), "frame 'odom', valid: 'map'"),
-        (initial_pose(frame=""), "frame '', valid: 'map'"),
         (initial_pose(SE2(99.0, 0.0, 0.0)), "lies outside the map, which spans x"),
         (initial_pose(SE2(NAN, 0.0, 0.0)), "nan is not finite"),
-        (initial_pose(SE2(0.0, 0.0, NAN)), "nan is not finite"),
-        (initial_pose(covariance=(NAN, 0.25, 0.07)), "nan is not finite"),
-        (initial_pose(covariance=(0.25, -0.25, 0.07)), "a variance is -0.25"),
         (initial_pose(covariance=(0.1, 0.1, 0.07, 0.3)), "positive semi-definite"),
     ],
 )
@@ -197,9 +168,9 @@ def test_a_bad_initial_pose_is_refused_with_a_reason_and_changes_nothing(
     assert room.error[0] < 0.06
 
 
-def map_message(width: int, height: int, value: int, resolution: float = 0.05) -> OccupancyGridMsg:
+def map_message(width: int, height: int, value: int) -> OccupancyGridMsg:
     message = OccupancyGridMsg(header=header("map", 0.0))
-    message.info.resolution = resolution
+    message.info.resolution = 0.05
     message.info.width, message.info.height = width, height
     message.info.origin.orientation.w = 1.0
     message.data = [value] * (width * height)
@@ -210,12 +181,7 @@ def map_message(width: int, height: int, value: int, resolution: float = 0.05) -
     ("message", "reason"),
     [
         (map_message(0, 0, 0), "0 cells for 0 x 0"),
-        (map_message(40, 40, 0, resolution=0.0), "cells of 0.0 m"),
-        (map_message(40, 40, 0, resolution=NAN), "info.resolution: nan"),
         (map_message(1, 1, 0), "has no occupied cell"),
-        (map_message(1, 1, 100), "has no free cell"),
-        (map_message(1, 1, -1), "has no free cell"),
-        (map_message(40, 40, 0), "has no occupied cell"),
     ],
 )
 def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(

@@ -7,12 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from tests.nodes.slam.nodes import activated
-
-pytest.importorskip("rclpy")
-pytest.importorskip("nav2_msgs")
-
 from nav2_msgs.srv import LoadMap, SaveMap
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from nav_msgs.srv import GetMap
@@ -26,8 +20,7 @@ from arjuna_core.ros.convert import grid_from_msg, grid_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.map_server import MapSaverNode, MapServerNode
 from tests.helpers.ros import RosBench
-
-pytestmark = pytest.mark.ros
+from tests.nodes.slam.nodes import activated
 
 FRAME = GridFrame(0.05, 4, 3, SE2(-1.0, 2.0, 0.3))
 GRID = OccupancyGrid(FRAME, np.array([[0, 100, -1, 0], [0, 0, 0, 100], [-1, 0, 0, 0]], np.int8))

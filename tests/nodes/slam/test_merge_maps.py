@@ -5,10 +5,6 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from nav_msgs.msg import OccupancyGrid
 from slam_toolbox.srv import AddSubmap, MergeMaps, SerializePoseGraph
 from tf2_msgs.msg import TFMessage
@@ -20,8 +16,6 @@ from arjuna_core.ros.convert import grid_from_msg, pose_msg, se2_from_pose
 from arjuna_core.se2 import SE2
 from arjuna_slam.nodes.merge_maps import MergeMapsNode
 from tests.helpers.slam_robot import Robot, started
-
-pytestmark = pytest.mark.ros
 
 
 def test_saved_graphs_become_one_map(robot: Robot, tmp_path: Path) -> None:

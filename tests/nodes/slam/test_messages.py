@@ -4,9 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from nav_msgs.msg import Odometry
 from rclpy.serialization import serialize_message
 from tf2_msgs.msg import TFMessage
@@ -17,7 +14,6 @@ from arjuna_slam.logs.recording import odometry_of, scan_of, transforms_of
 from tests.core.bags.recordings import ODOMETRY, SCAN, TF, decoded
 from tests.slam.slam_room import room, scan_at
 
-pytestmark = pytest.mark.ros
 POSE = SE2(1.5, -2.5, -0.7)
 
 

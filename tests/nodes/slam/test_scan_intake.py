@@ -6,12 +6,6 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
-
-from tests.nodes.slam.nodes import Logged, activated
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from geometry_msgs.msg import PoseWithCovarianceStamped
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from rclpy.qos import QoSProfile
@@ -24,8 +18,7 @@ from arjuna_slam.nodes.amcl import AmclNode
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import LOG, Robot, started
-
-pytestmark = pytest.mark.ros
+from tests.nodes.slam.nodes import Logged, activated
 
 
 @pytest.mark.parametrize("cls", [SlamToolboxNode, AmclNode])

@@ -8,10 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from nav_msgs.srv import GetMap
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.parameter import Parameter
@@ -40,8 +36,6 @@ from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.ros import RosBench
 from tests.helpers.slam_robot import DT, LOG, Robot, started
 from tests.slam.slam_room import distance_to_walls, room
-
-pytestmark = pytest.mark.ros
 
 
 def test_the_pose_and_the_transform_follow_the_robot(robot: Robot) -> None:

@@ -7,10 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from geometry_msgs.msg import Pose2D, PoseWithCovariance, PoseWithCovarianceStamped
 from nav_msgs.srv import GetMap
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -25,7 +21,6 @@ from arjuna_slam.localization import Localizer
 from arjuna_slam.nodes.slam_toolbox import SlamToolboxNode
 from tests.helpers.slam_robot import LOG, Robot, started
 
-pytestmark = pytest.mark.ros
 OK = SerializePoseGraph.Response.RESULT_SUCCESS
 FAILED = SerializePoseGraph.Response.RESULT_FAILED_TO_WRITE_FILE
 Request = DeserializePoseGraph.Request

@@ -9,27 +9,21 @@ from typing import Any
 
 import numpy as np
 import pytest
-
-from tests.nodes.slam.nodes import Logged
-
-pytest.importorskip("rclpy")
-pytest.importorskip("slam_toolbox")
-
 from slam_toolbox.srv import ClearQueue
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import load
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import grid_from_msg, seconds, time_msg, transform_msg
+from arjuna_core.ros.convert import grid_from_msg, seconds, transform_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.config import SlamConfig, SlamNodeConfig
 from arjuna_slam.matching.scan_filter import Skip
 from bringup.parameters.checking import merged_sources
 from bringup.parameters.files import for_node, shipped_parameters
 from tests.helpers.slam_robot import DT, LOG, Robot, started
+from tests.nodes.slam.nodes import Logged
 from tests.slam.slam_room import distance_to_walls, room
 
-pytestmark = pytest.mark.ros
 FOREIGN = Path(__file__).resolve().parents[2] / "foreign" / "slam_toolbox"
 STOCK = FOREIGN / "mapper_params_online_async.yaml"
 
@@ -148,10 +142,9 @@ def test_clear_queue_drops_the_scans_that_wait(robot: Robot) -> None:
     assert robot.error() < 0.03
 
 
-@pytest.mark.parametrize("value", [math.nan, 0.0])
-def test_scans_without_a_reading_move_nothing(robot: Robot, logged: Logged, value: float) -> None:
+def test_scans_without_a_reading_move_nothing(robot: Robot, logged: Logged) -> None:
     node = started(robot)
-    send_spoilt(robot, ranges=[value] * 360)
+    send_spoilt(robot, ranges=[math.nan] * 360)
     assert node.slam.scans.counts[Skip.EMPTY] == node.slam.scans.skipped == 20
     assert len(logged.warnings) == 1
     assert Skip.EMPTY.value in logged.warnings[0]
@@ -168,25 +161,15 @@ def test_where_nothing_is_in_range_odometry_carries_from_the_first_scan(robot: R
     assert robot.error() < 0.03
 
 
-@pytest.mark.parametrize(
-    ("fields", "reason"),
-    [
-        ({"ranges": []}, "0 beams"),
-        ({"angle_increment": math.nan}, "angle_increment: nan is"),
-        ({"angle_increment": 0.0}, "angle_increment is 0.0"),
-        ({"angle_min": math.inf}, "angle_min: inf is"),
-        ({"range_max": math.nan}, "range_max: nan is"),
-    ],
-)
 def test_scans_that_cannot_be_are_refused_reported_once_and_move_nothing(
-    robot: Robot, logged: Logged, fields: dict[str, Any], reason: str
+    robot: Robot, logged: Logged
 ) -> None:
     node = started(robot)
-    send_spoilt(robot, **fields)
+    send_spoilt(robot, ranges=[])
     tally = node.guard.tallies[("/slam_toolbox", "/scan")]
     assert (tally.kind, tally.count) == ("refused", 20)
     assert len(logged.warnings) == 1
-    assert reason in logged.warnings[0]
+    assert "0 beams" in logged.warnings[0]
     assert_continues(robot)
 
 
@@ -205,21 +188,6 @@ def send_spoilt(robot: Robot, **fields: Any) -> None:
 def assert_continues(robot: Robot) -> None:
     assert len(robot.poses) == 5
     robot.drive(5)
-    assert robot.error() < 0.03
-
-
-def test_scans_sent_twice_or_late_move_nothing(robot: Robot, logged: Logged) -> None:
-    node = started(robot)
-    robot.drive(10)
-    for _ in range(10):
-        robot.drive(1)
-        robot.send(robot.scan())
-        late = robot.scan()
-        late.header.stamp = time_msg(robot.now - 0.5)
-        robot.send(late)
-    assert node.slam.scans.counts[Skip.STALE] == 20
-    assert len(logged.warnings) == 1
-    assert len(robot.poses) == 20
     assert robot.error() < 0.03
 
 

@@ -31,13 +31,6 @@ def _run(
     return filter_.estimate
 
 
-def test_wheels_that_slip_are_overruled_by_the_gyro() -> None:
-    filter_ = FusedOdometry(FusedOdometryConfig(bias_noise=0.0))
-    _run(filter_, 50 * [0.0])
-    end = _run(filter_, 100 * [0.6], 0.3, 1.0)
-    assert end.T_odom_base.theta == pytest.approx(1.2, abs=0.03)
-
-
 def test_a_robot_that_is_turned_by_hand_does_not_spoil_the_bias() -> None:
     filter_ = FusedOdometry(FusedOdometryConfig())
     _run(filter_, 100 * [0.0])

@@ -67,21 +67,9 @@ def test_shipped_world_has_the_guides_walls_and_boxes() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "problem"),
     [
-        (
-            '<mass value="5.0"/>',
-            '<mass value="-1"/>',
-            "link 'base_link' inertial mass.*valid: 0 to",
-        ),
-        ('<mass value="5.0"/>', '<mass value="nan"/>', "link 'base_link' inertial.*finite"),
-        ('<mass value="5.0"/>', '<mass value="heavy"/>', "'heavy' is not 1 numbers"),
         ('ixx="0.05"', 'ixx="nan"', "link 'base_link' inertial ixx.*finite"),
         ('<mass value="5.0"/>', '<mass value="1e9"/>', "inertial mass.*valid: 0 to 1e.07"),
-        (SOLID, SOLID.replace("0.45 ", ""), "has 2 numbers.*valid: 3"),
-        (SOLID, SOLID.replace("box", "bux"), "<bux> is unknown; did you mean 'box'"),
-        ('<parent link="base_link"/>', '<parent link="base_lnik"/>', "did you mean 'base_link'"),
-        ('type="fixed"', 'type="screw"', "not simulated; valid: fixed, continuous"),
         ("<samples>360", "<samples>0", "<samples> is 0; valid: 1 to 100000"),
-        ("front_left_joint</left", "front_lefft_joint</left", "did you mean 'front_left_joint'"),
         ('<link name="imu_link"/>', "", "link 'imu_link' does not exist"),
         ('<joint name="imu_joint"', '<joint name="lidar_joint"', "'lidar_joint': is there twice"),
     ],
@@ -96,10 +84,6 @@ def test_bad_robot_is_refused_by_element(tmp_path: Path, old: str, new: str, pro
 def test_missing_truncated_and_foreign_robot_files_are_refused(tmp_path: Path) -> None:
     with pytest.raises(RobotError, match=r"none\.urdf: cannot be read: No such file"):
         load_robot(tmp_path / "none.urdf")
-    cut = tmp_path / "cut.urdf"
-    cut.write_bytes(ROBOT.read_bytes()[:3000])
-    with pytest.raises(RobotError, match=r"line .*broken XML"):
-        load_robot(cut)
     with pytest.raises(RobotError, match="is a world in which no model has a drive"):
         load_robot(ROOM)
     other = tmp_path / "other.urdf"
@@ -130,23 +114,6 @@ def test_macros_are_expanded_to_the_shipped_urdf() -> None:
     assert {n: link.collisions for n, link in expanded.urdf.links.items()} == {
         n: link.collisions for n, link in shipped.urdf.links.items()
     }
-
-
-def test_macro_that_cannot_be_expanded_is_refused(tmp_path: Path) -> None:
-    pytest.importorskip("xacro")
-    source = ROBOT.with_suffix(".urdf.xacro")
-    path = edited(source, tmp_path, 'value="0.05"', 'value="${nothing}"')
-    with pytest.raises(RobotError, match=r"xacro cannot expand it.*nothing") as caught:
-        load_robot(path)
-    assert "\n" not in str(caught.value)
-
-
-def test_missing_collision_mesh_is_noted_not_fatal(tmp_path: Path) -> None:
-    path = edited(ROBOT, tmp_path, BODY, "<box size='1 1 1'/>")
-    robot = load_robot(edited(path, tmp_path, BODY, MESH))
-    assert texts(robot.notes) == (
-        "link 'base_link' collision: mesh 'missing.stl' does not exist, so it is left out",
-    )
 
 
 def test_ball_on_the_chassis_rolls_like_a_caster(tmp_path: Path) -> None:
@@ -194,12 +161,6 @@ def test_broken_pieces_are_left_out(tmp_path: Path, old: str, new: str, problem:
     assert note.kind is NoteKind.BROKEN
     assert re.search(problem, note.text)
     assert "\n" not in note.text
-
-
-def test_bad_world_is_refused(tmp_path: Path) -> None:
-    with pytest.raises(WorldError, match="broken XML") as caught:
-        load_world(edited(ROOM, tmp_path, "<world ", "<wurld "))
-    assert "\n" not in str(caught.value)
 
 
 def test_missing_world_is_refused_and_missing_mesh_is_noted(tmp_path: Path) -> None:

@@ -11,10 +11,9 @@ import pytest
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
-from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.model.robot import SOLO, RobotModel
+from arjuna_sim.model.robot import RobotModel
 from tests.sim.builders import run, simulator, texts
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
@@ -88,93 +87,9 @@ def test_a_robot_that_floats_in_its_world_is_free(tmp_path: Path, kind: str, dri
     assert last.truth.v == pytest.approx(0.3 if drives else 0.0, abs=0.03)
 
 
-def test_mimic_joint_follows(tmp_path: Path) -> None:
-    limits = '<limit lower="-3" upper="3"/>'
-    mimic = limits + '<mimic joint="tool_joint" multiplier="-0.5" offset="0.1"/>'
-    both = _joint("revolute", limits) + _joint("revolute", mimic, "other")
-    sim = simulator(robot=_robot(tmp_path, FOUR + both))
-    sim.stage.data.qvel[sim.stage.scene.robots[SOLO].joint_velocity[-2]] = 0.5
-    last = run(sim, 1.0)
-    first, second = last.joints.positions[-2:]
-    assert abs(first) > 0.1
-    assert second == pytest.approx(0.1 - 0.5 * first, abs=0.02)
-
-
-ROS1 = """<plugin name="p" filename="libgazebo_ros_skid_steer_drive.so">
-<leftFrontJoint>front_left_wheel_joint</leftFrontJoint>
-<rightFrontJoint>front_right_wheel_joint</rightFrontJoint>
-<leftRearJoint>rear_left_wheel_joint</leftRearJoint>
-<rightRearJoint>rear_right_wheel_joint</rightRearJoint>
-<wheelSeparation>0.26</wheelSeparation><wheelDiameter>0.1</wheelDiameter><torque>7</torque>
-<robotNamespace>/bot</robotNamespace><commandTopic>cmd</commandTopic>
-<odometryTopic>odometry</odometryTopic><robotBaseFrame>base</robotBaseFrame>
-<broadcastTF>false</broadcastTF><updateRate>40</updateRate></plugin>"""
-ROS2 = """<plugin name="p" filename="libgazebo_ros_diff_drive.so">
-<ros><namespace>/bot</namespace><remapping>cmd_vel:=cmd</remapping>
-<remapping>odom:=odometry</remapping></ros><update_rate>40</update_rate>
-<left_joint>front_left_wheel_joint</left_joint><left_joint>rear_left_wheel_joint</left_joint>
-<right_joint>front_right_wheel_joint</right_joint><right_joint>rear_right_wheel_joint</right_joint>
-<wheel_separation>0.26</wheel_separation><wheel_diameter>0.1</wheel_diameter>
-<max_wheel_torque>7</max_wheel_torque><publish_odom_tf>false</publish_odom_tf>
-<robot_base_frame>base</robot_base_frame></plugin>"""
-GZ = """<plugin name="p" filename="gz-sim-diff-drive-system">
-<left_joint>front_left_wheel_joint</left_joint><left_joint>rear_left_wheel_joint</left_joint>
-<right_joint>front_right_wheel_joint</right_joint><right_joint>rear_right_wheel_joint</right_joint>
-<wheel_separation>0.26</wheel_separation><wheel_radius>0.05</wheel_radius><topic>/bot/cmd</topic>
-<odom_topic>/bot/odometry</odom_topic><odom_publish_frequency>40</odom_publish_frequency>
-<child_frame_id>base</child_frame_id></plugin>"""
-
-
-@pytest.mark.parametrize("plugin", [ROS1, ROS2, GZ], ids=["ros1", "ros2", "gz"])
-def test_drive_is_read_in_every_spelling(tmp_path: Path, plugin: str) -> None:
-    robot = _load(tmp_path, f"{FOUR}<gazebo>{plugin}</gazebo>")
-    drive = robot.drive
-    assert drive.left == LEFT
-    assert (drive.separation, drive.radius, drive.rate) == (0.26, 0.05, 40.0)
-    assert (drive.command_topic, drive.odometry_topic) == ("/bot/cmd", "/bot/odometry")
-    assert drive.base_frame == "base"
-    assert drive.torque == (5.0 if plugin is GZ else 7.0)
-    assert drive.publishes == (("odom", "odom_tf") if plugin is GZ else ("odom",))
-    assert robot.notes == ()
-
-
-def test_robot_whose_root_is_the_world_stays_there(tmp_path: Path) -> None:
-    arm = f"""<link name="world"/><joint name="foot" type="fixed"><parent link="world"/>
-<child link="base"/></joint>{_joint("revolute", '<limit lower="-3" upper="3"/>')}"""
-    sim = simulator(robot=_robot(tmp_path, arm))
-    assert sim.robot.model.anchored
-    sim.stage.data.qvel[sim.stage.scene.robots[SOLO].joint_velocity[0]] = 2.0
-    last = run(sim, 2.0)
-    assert last.truth.pose.distance(sim.robot.spawn) < 1e-5
-    assert abs(last.joints.positions[0]) > 0.1
-
-
-LASER = """<gazebo reference="base"><sensor type="ray" name="laser">
-<update_rate>40</update_rate><ray><scan><horizontal><samples>720</samples><min_angle>-1.5</min_angle><max_angle>1.5</max_angle>
-</horizontal></scan><range><min>0.1</min><max>30</max></range><noise><stddev>0.02</stddev></noise>
-</ray><plugin name="l" filename="libgazebo_ros_laser.so">{}</plugin></sensor></gazebo>"""
-
-
 IMU = """<gazebo><plugin name="imu" filename="libhector_gazebo_ros_imu.so">
 <updateRate>25</updateRate><bodyName>base</bodyName><topicName>imu/raw</topicName><frameId>imu_frame</frameId></plugin>
 </gazebo>"""
-
-
-@pytest.mark.parametrize(
-    ("inside", "topic", "frame"),
-    [
-        ("<topicName>/bot/scan</topicName><frameName>eye</frameName>", "/bot/scan", "eye"),
-        ("<remapping>~/out:=front</remapping><frame_name>eye</frame_name>", "front", "eye"),
-        ("<robotNamespace>/bot</robotNamespace>", "/bot/scan", "base"),
-    ],
-    ids=["ros1", "ros2", "namespace"],
-)
-def test_every_lidar_spelling_reads(tmp_path: Path, inside: str, topic: str, frame: str) -> None:
-    lidar = _load(tmp_path, FOUR + LASER.format(inside)).settings.first(LidarSettings)
-    assert lidar is not None
-    assert (lidar.topic, lidar.frame, lidar.link) == (topic, frame, "base")
-    assert (lidar.samples, lidar.rate, lidar.noise) == (720, 40.0, 0.02)
-    assert (lidar.angle_min, lidar.range_max) == (-1.5, 30.0)
 
 
 @pytest.mark.parametrize(

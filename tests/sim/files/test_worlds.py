@@ -15,7 +15,6 @@ from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_core.twist import Velocity
 from arjuna_sim.files import world_file
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import WALLS, load_map_world, load_world, rectangles
@@ -133,43 +132,6 @@ def test_two_models_of_a_name_get_two_names(tmp_path: Path) -> None:
     world = load_world(saved_world(tmp_path, _model("m", _box()) + _model("m", _box())))
     assert [b.model for b in world.bodies if b.model != "ground_plane"] == ["m", "m_1"]
     assert "model 'm': is there twice; the second is called 'm_1'" in texts(world.notes)
-
-
-def test_model_that_is_not_static_is_pushed_away(tmp_path: Path) -> None:
-    light = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>", False)
-    sim = simulator(saved_world(tmp_path, light))
-    run(sim, 7.8, Velocity(0.3))
-    seen = [sim.drive(Velocity(0.3)) for _ in range(10)]
-    assert {each.contacts for each in seen} >= {("box",)}  # it slides along, by small hops
-    last = seen[-1]
-    assert last.truth.pose.x > 1.5
-    moved = sim.stage.motion("box").pose.position
-    assert moved[0] == pytest.approx(last.truth.pose.x + 0.225 + 0.15, abs=0.03)
-    sim.reset()
-    assert sim.stage.motion("box").pose.position == pytest.approx((1.0, 0.0, 0.15), abs=1e-3)
-
-
-def test_static_model_is_not_pushed_away(tmp_path: Path) -> None:
-    heavy = _model("box", _box("0.3 0.3 0.3", mass="0.5"), "<pose>1 0 0.15 0 0 0</pose>")
-    assert run(simulator(saved_world(tmp_path, heavy)), 8.0, Velocity(0.3)).truth.pose.x < 0.65
-
-
-def test_robot_stands_on_a_raised_floor(tmp_path: Path) -> None:
-    floor = _model("floor", _box("6 6 0.1"), "<pose>0 0 0.05 0 0 0</pose>")
-    sim = simulator(saved_world(tmp_path, floor))
-    assert sim.notes == ("has no ground plane: one is put at height 0",)
-    last = run(sim, 2.0, Velocity(0.3))
-    assert last.truth.z == pytest.approx(0.1, abs=2e-3)
-    assert last.contacts == ()
-    sim.robot.set_pose(SE2(5.0, 0.0, 0.0))
-    assert run(sim, 0.5).truth.z == pytest.approx(0.0, abs=2e-3)
-
-
-def test_robot_starts_at_the_nearest_free_pose(tmp_path: Path) -> None:
-    sim = simulator(saved_world(tmp_path, _model("crate", _box(), "<pose>0 0 0.5 0 0 0</pose>")))
-    assert 0.7 < SE2().distance(sim.robot.spawn) < 1.0
-    assert any("the start (0, 0) is inside crate: the robot starts at" in n for n in sim.notes)
-    assert run(sim, 0.5).contacts == ()
 
 
 def test_shipped_map_is_the_shipped_room() -> None:

@@ -218,26 +218,6 @@ def test_the_same_messages_are_read_from_every_storage(name: str, tmp_path: Path
         np.testing.assert_array_equal(scan.ranges, known_scan.ranges)
 
 
-@pytest.mark.parametrize("suffix", [".mcap", ".db3", ".bag"])
-def test_random_damage_raises_only_the_readers_error(suffix: str, tmp_path: Path) -> None:
-    some = entries(odometry=True)[:60]
-    path = {
-        ".mcap": lambda: write(tmp_path / "a.mcap", some),
-        ".db3": lambda: write_humble(tmp_path / "bag", some) / "bag.db3",
-        ".bag": lambda: write_ros1(tmp_path / "a.bag", some),
-    }[suffix]()
-    whole, rng = path.read_bytes(), np.random.default_rng(4)
-    for _ in range(30):
-        damaged = bytearray(whole)
-        for at in rng.integers(0, len(whole), 20).tolist():
-            damaged[at] = int(rng.integers(256))
-        path.write_bytes(damaged[: int(rng.integers(len(whole) // 2, len(whole) + 1))])
-        try:
-            read(path)
-        except InputFileError:
-            continue
-
-
 def test_a_type_that_only_has_the_name_is_refused(tmp_path: Path) -> None:
     other = b"std_msgs/Header header\nfloat64[] ranges\n"
     path = write(tmp_path / "a.mcap", entries(), definition=other)

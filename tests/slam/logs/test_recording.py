@@ -127,14 +127,6 @@ def test_a_rosbag2_folder_is_read_in_the_order_of_its_metadata(tmp_path: Path) -
         pairs_of(bag)
 
 
-def test_a_recording_cut_short_is_read_as_far_as_it_goes(tmp_path: Path) -> None:
-    path = write(tmp_path / "a.mcap", entries(), chunk=5000)
-    path.write_bytes(path.read_bytes()[: path.stat().st_size // 2])
-    log = open_log(path, RecordingTopics())
-    assert 0.3 * len(LOG) < len(list(log)) < 0.7 * len(LOG)
-    assert "it ends there, without its index" in " ".join(log.problems)
-
-
 @pytest.mark.parametrize(
     ("topics", "message"),
     [

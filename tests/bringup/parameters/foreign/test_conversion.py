@@ -8,8 +8,6 @@ from typing import Any
 import pytest
 import yaml
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup import cli
 from bringup.cli import parse
 from bringup.parameters.checking import check_file

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind

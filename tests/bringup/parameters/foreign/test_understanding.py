@@ -8,8 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.config import flatten, load
 from arjuna_core.errors import ConfigError
 from bringup.cli import parse

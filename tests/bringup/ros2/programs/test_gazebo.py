@@ -10,8 +10,6 @@ from pathlib import Path
 
 import pytest
 
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.prefix import add_prefix

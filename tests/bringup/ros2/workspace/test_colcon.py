@@ -8,9 +8,6 @@ import sys
 from pathlib import Path
 
 import pytest
-
-pytest.importorskip("rclpy", reason="no ROS here")
-
 from rosidl_build import environment
 
 from bringup.ros2.main import main as ros2

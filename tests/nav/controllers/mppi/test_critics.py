@@ -203,6 +203,12 @@ def test_counts_on_one_side_of_its_distance_from_the_goal(asked: Asked, counts_n
     assert (asked(0.51) is not None) is not counts_near
 
 
+@pytest.mark.parametrize(("distance", "counts"), [(0.25, False), (0.26, True)])
+def test_turning_is_free_within_the_goals_tolerance(distance: float, counts: bool) -> None:
+    scene = made_scene(goal_distance=distance)._replace(xy_goal_tolerance=0.25)
+    assert (twirling(CriticConfig(), R, scene) is not None) is counts
+
+
 def test_the_path_is_followed_to_the_next_free_pose_and_no_further_than_its_end() -> None:
     config = PathFollowConfig(offset_from_furthest=6)
     scene = made_scene()

@@ -19,7 +19,7 @@ from arjuna_nav.controllers.mppi.optimizer import Optimizer
 from arjuna_nav.controllers.mppi.rollouts import Limits, Rollouts
 from arjuna_nav.costmap.footprint import Footprint
 from tests.helpers.nav import mppi_peer
-from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid
+from tests.nav.worlds import Unicycle, costmap_of, grid_of
 
 STEPS, BATCH, DT = 14, 10, 0.1
 FREE = Limits(-9.0, 9.0, 9.0, 999.0, 999.0, 999.0, 9.0, 999.0, 999.0)
@@ -179,8 +179,7 @@ def test_commands_are_those_of_the_published_algorithm() -> None:
     library = mppi_peer.compiled()
     if library is None:
         pytest.skip("no C compiler")
-    grid = empty_grid(5.0, 5.0)
-    block(grid, 2.2, 1.7, 0.3, 0.3)
+    grid = grid_of(5.0, 5.0, (2.2, 1.7, 0.3, 0.3))
     costmap, along = costmap_of(grid), np.arange(0.5, 4.5, 0.0437)
     path = np.column_stack((along, np.full(len(along), 2.22), np.zeros(len(along))))
     off = []

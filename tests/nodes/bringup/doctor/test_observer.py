@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import pytest
 from geometry_msgs.msg import TransformStamped
@@ -16,10 +16,8 @@ from arjuna_core.ros import qos
 from bringup.doctor.observer import Observer, Watcher, clock_of
 from bringup.doctor.report import diagnose
 from bringup.doctor.snapshot import Clock
+from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP
-
-if TYPE_CHECKING:
-    from bringup.lockstep import LockStep
 
 _MACHINE = {"installation", "graphics", "resources", "discovery"}  # not the robot's
 

@@ -160,7 +160,7 @@ def test_service_list_has_what_the_node_serves(ros2: Run) -> None:
     assert "/toggle [std_srvs/srv/SetBool]" in ros2("service", "list", "-t").out.splitlines()
 
 
-pytestmark = [pytest.mark.ros, pytest.mark.usefixtures("stand_in")]
+pytestmark = pytest.mark.usefixtures("stand_in")
 
 LINES = {
     "run tf2_ros static_transform_publisher 1 0 0 0 0 0 a b --ros-args -r __node:=fixed": (

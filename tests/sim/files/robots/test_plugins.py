@@ -142,6 +142,14 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<updateRate>30</updateRate><odometryRate>50</odometryRate>", {"rate": 50.0}),
         ("<update_rate>100</update_rate><publish_rate>10</publish_rate>", {"rate": 10.0}),
         ("<commandTopic>go</commandTopic>", {"command_topic": "go"}),
+        (
+            "<robotNamespace>/a</robotNamespace>",
+            {"command_topic": "/a/cmd_vel", "odometry_topic": "/a/odom"},
+        ),
+        (
+            "<ros><namespace>/a</namespace><remapping>odom:=way</remapping></ros>",
+            {"command_topic": "/a/cmd_vel", "odometry_topic": "/a/way"},
+        ),
         ("<topic>go</topic>", {"command_topic": "go"}),
         ("<odom_topic>way</odom_topic>", {"odometry_topic": "way"}),
         ("<odometryFrame>here</odometryFrame>", {"odometry_frame": "here"}),
