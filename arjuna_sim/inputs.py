@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,16 +14,20 @@ from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.sdf.robot import read_sdf_robot
+from arjuna_sim.files.sensor_tag import Tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
+from arjuna_sim.files.urdf.written import urdf_text
 from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.files.xml_file import XmlFile, root_tag
 from arjuna_sim.model.robot import RobotModel, extent, footprint
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
+_DESCRIPTION = Path("robot_description")  # a text's, in messages
 
 
 def named_robot(path: str, arguments: str) -> RobotModel:
@@ -41,12 +46,29 @@ def named_robot(path: str, arguments: str) -> RobotModel:
 
 
 def described(text: str) -> Urdf:
-    """Return the links and joints of the text of a URDF, which need not drive.
+    """Return the links and joints of the text of a URDF or an SDF model, which need not drive.
 
     Raises:
         RobotError: It does not describe links and joints.
     """
-    return read_urdf(XmlFile(Path("robot_description"), "robot", RobotError, text.encode()))
+    given = text.encode()
+    if root_tag(given) == "sdf":
+        return replace(_of_sdf(given)[0], text=text)
+    return read_urdf(XmlFile(_DESCRIPTION, "robot", RobotError, given))
+
+
+def as_urdf(text: str) -> str:
+    """Return the text of a robot as a URDF: that of an SDF model is written anew.
+
+    Raises:
+        RobotError: The SDF does not describe links and joints.
+    """
+    given = text.encode()
+    return urdf_text(*_of_sdf(given)) if root_tag(given) == "sdf" else text
+
+
+def _of_sdf(text: bytes) -> tuple[Urdf, Tags]:
+    return read_sdf_robot(XmlFile(_DESCRIPTION, "sdf", RobotError, text))
 
 
 def names_of(robot: RobotModel, is_fused: bool = False) -> dict[str, str]:

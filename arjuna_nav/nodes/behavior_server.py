@@ -195,7 +195,8 @@ class BehaviorServerNode(GoalNode):
         near, config = self._costmaps[action.area], self.config
         frame = getattr(config, f"{action.area}_frame") or near.frame
         try:
-            pose = robot_pose(self, frame, near.base_frame, config.transform_tolerance)
+            tolerance = config.transform_tolerance
+            pose = robot_pose(self, frame, near.base_frame, tolerance, any_clock=True)
             costmap = near.current(config.costmap_update_timeout, frame)
         except TransformError as error:
             message = f"the robot's pose is not known: {error}"

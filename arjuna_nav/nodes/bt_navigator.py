@@ -131,7 +131,7 @@ class BtNavigatorNode(ResumingNode):
         defaults = {name: kind.default_tree(config) for name, kind in self._kinds.items()}
         folders = config.bt_folder, *config.bt_search_directories
         self._trees = TreeChoice(defaults, folders, nodes, config.always_reload_bt_xml)
-        self._requests.listen(self._trees.topics)
+        self._requests.listen(self._trees.topics, {})
         self._servers: dict[str, GoalServer] = {
             name: self.offer(
                 kind.action,
@@ -224,7 +224,7 @@ class BtNavigatorNode(ResumingNode):
 
     def _made_navigator(self, goals: tuple[SE2, ...]) -> Navigator:
         tree, config = self._trees.tree, self.config
-        self._requests.listen(tree.topics)
+        self._requests.listen(tree.topics, tree.calls)
         names = config.goal_blackboard_id, config.goals_blackboard_id, config.path_blackboard_id
         further = map("{}_error_code".format, config.error_code_name_prefixes)
         codes = *config.error_code_names, *further

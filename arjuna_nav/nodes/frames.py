@@ -15,11 +15,21 @@ from arjuna_core.timing import other_clock
 _ODOMETRY = "odom"  # where the base moves while it is in no map yet
 
 
-def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE2:
+def robot_pose(
+    node: ManagedNode, frame: str, base: str, tolerance: float, *, any_clock: bool = False
+) -> SE2:
     """Return the robot's newest pose in a frame.
 
+    Args:
+        node: Whose transforms and clock count.
+        frame: The pose's.
+        base: The robot's.
+        tolerance: How old it may be [s].
+        any_clock: Whether it may be stamped by another clock, which is logged, as in Nav2's
+            servers without a costmap of their own.
+
     Raises:
-        TransformError: It is not known, or older than the tolerance [s].
+        TransformError: It is not known, or too old.
     """
     transforms = node.transforms
     try:
@@ -30,8 +40,12 @@ def robot_pose(node: ManagedNode, frame: str, base: str, tolerance: float) -> SE
         raise TransformError(missing or str(error)) from error
     age = node.now - stamp
     if stamp and age > tolerance:
-        why = other_clock(age) or f"over the tolerance of {tolerance:g} s"
-        raise TransformError(f"{frame} -> {base} is {age:.2f} s old, {why}")
+        remedy = other_clock(age)
+        why = remedy or f"over the tolerance of {tolerance:g} s"
+        problem = f"{frame} -> {base} is {age:.2f} s old, {why}"
+        if not (any_clock and remedy):
+            raise TransformError(problem)
+        node.get_logger().warning(problem, once=True)
     return node.transforms.lookup(frame, base)
 
 

@@ -62,6 +62,11 @@ class Asking(TreeNode):
         self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK, timeout)
         return Status.RUNNING
 
+    @property
+    def asked(self) -> Mapping[str, Any]:
+        """The fields of the request that runs; none where none runs."""
+        return self._asked if self._key is not None else {}
+
     def _server_name(self) -> str:
         """Return the server's name in the XML, empty where it has none."""
         raise NotImplementedError

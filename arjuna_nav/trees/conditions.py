@@ -9,6 +9,9 @@ import math
 from collections.abc import Callable
 from typing import Any, ClassVar
 
+from arjuna_core.se2 import SE2
+from arjuna_nav.planners import path as paths
+from arjuna_nav.trees.asking import Asking
 from arjuna_nav.trees.exchange import Battery, Topic, TopicKind
 from arjuna_nav.trees.node import Condition, Status, TreeNode
 from arjuna_nav.trees.ports import (
@@ -160,6 +163,52 @@ class PathExpiringTimer(TimeExpired):
     def _begins(self) -> bool:
         before, self._path = self._path, self.path
         return self._path is not before
+
+
+class IsGoalNearby(Condition):
+    """Succeeds where a path has less than some length left from the robot on.
+
+    On the same path the search begins at the index found last, where it has a limit.
+    """
+
+    path = Port(PATH, None)
+    proximity_threshold = Port(NUMBER, 1.0)
+    max_robot_pose_search_dist = Port(NUMBER, -1.0)
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
+    _path: Any = None
+    _at = 0
+
+    def _holds(self) -> bool:
+        path, pose, reach = self.path, self.tree.state.pose, self.max_robot_pose_search_dist
+        if path is None or not len(path) or pose is None:
+            return False
+        if path is not self._path or reach < 0.0:
+            self._path, self._at = path, 0
+        self._at = paths.nearest(path, pose, self._at, reach if reach >= 0.0 else math.inf)
+        return bool(paths.length(path[self._at :]) < self.proximity_threshold)
+
+
+class IsWithinPathTrackingBounds(Condition):
+    """Fails where the robot is too far from the path that it follows, to one side or in heading.
+
+    The errors are measured here: Nav2's messages of Jazzy have no feedback of tracking.
+    """
+
+    max_error_left = Port(NUMBER, 0.5)
+    max_error_right = Port(NUMBER, 0.5)
+    max_error_heading = Port(NUMBER, 3.14)
+    tracking_feedback = Port(ANY, None)
+
+    def _holds(self) -> bool:
+        pose = self.tree.state.pose
+        asking = (node for node in self.tree.asking if isinstance(node, Asking))
+        path = next((n.asked["path"] for n in asking if n.KIND == "FollowPath" and n.asked), None)
+        if pose is None or path is None or not len(path):
+            return True
+        error = SE2.from_array(path[paths.nearest(path, pose)]).inverse() @ pose
+        most = abs(self.max_error_left if error.y >= 0.0 else self.max_error_right)
+        return bool(abs(error.y) <= most and abs(error.theta) <= abs(self.max_error_heading))
 
 
 class DistanceTraveled(Condition):

@@ -11,7 +11,8 @@ from __future__ import annotations
 
 from typing import ClassVar
 
-from arjuna_nav.trees.node import ENDED, Control, Status
+from arjuna_nav.trees.exchange import Topic, TopicKind
+from arjuna_nav.trees.node import ENDED, Control, Maker, Status
 from arjuna_nav.trees.ports import TEXT, WHOLE, Port
 
 
@@ -231,6 +232,59 @@ class NonblockingSequence(Control):
                 return self._end(status)
             running = running or status is Status.RUNNING
         return Status.RUNNING if running else self._end(Status.SUCCESS)
+
+
+class PauseResumeController(Control):
+    """Runs the first child, and, from a call of one service to that of another, the second.
+
+    Where it changes over, it runs the third child first, or the fourth on the way back.
+    """
+
+    CHILDREN = (1, 4)
+    pause_service_name = Port(TEXT)
+    resume_service_name = Port(TEXT)
+    _at = 0
+    _requested: int | None = None
+
+    def __init__(self, maker: Maker) -> None:
+        super().__init__(maker)
+        self.tree.calls[self.topic("pause_service_name")] = self._pause
+        self.tree.calls[self.topic("resume_service_name")] = self._resume
+
+    def topics(self) -> set[Topic]:
+        """Return the services that the node offers, and what those below it listen to."""
+        names = self.pause_service_name, self.resume_service_name
+        return super().topics() | {Topic(TopicKind.CALL, name) for name in names}
+
+    def _pause(self) -> str:
+        return self._request(2, self._at != 1 or self._requested is not None, "is paused already")
+
+    def _resume(self) -> str:
+        return self._request(3, self._at == 1 and self._requested is None, "is not paused")
+
+    def _request(self, child: int, fits: bool, otherwise: str) -> str:
+        """Note which child is to run; return why not, or nothing."""
+        if self.status is Status.IDLE:
+            return f"{self.name} does not run"
+        if not fits:
+            return f"{self.name} {otherwise}"
+        self._requested = child
+        return ""
+
+    def _tick(self) -> Status:
+        if self._requested is not None:
+            self.reset_children()
+            self._at, self._requested = self._requested, None
+        has_child = self._at < len(self.children)
+        status = self.children[self._at].execute() if has_child else Status.SUCCESS
+        if status is Status.FAILURE or (status is Status.SUCCESS and self._at == 0):
+            return self._end(status)
+        if status is Status.SUCCESS:
+            self._at = {2: 1, 3: 0}.get(self._at, self._at)
+        return Status.RUNNING
+
+    def _on_halt(self) -> None:
+        self._at, self._requested = 0, None
 
 
 class PipelineSequence(Control):

@@ -259,6 +259,7 @@ class SpeedController(RateController):
     max_rate = Port(NUMBER, 1.0)
     min_speed = Port(NUMBER, 0.0)
     max_speed = Port(NUMBER, 0.5)
+    filter_duration = Port(NUMBER, 0.3)  # of Nav2's documented example; the navigator's holds
     goal = Port(POSE, None)
     goals = Port(POSES, None)
     _now = 0.0

@@ -51,6 +51,8 @@ class TopicKind(enum.Enum):
     CHOICE = enum.auto()
     GOAL = enum.auto()
     BATTERY = enum.auto()
+    CALL = enum.auto()
+    """A service without fields that is offered, not a topic."""
 
 
 class Topic(NamedTuple):

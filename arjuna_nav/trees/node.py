@@ -9,7 +9,7 @@ Source: BehaviorTree.CPP 4, TreeNode, ControlNode and DecoratorNode.
 from __future__ import annotations
 
 import enum
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -263,6 +263,7 @@ class Tree:
     Attributes:
         root: Its uppermost node.
         state: The state of the robot and the requests in this tick.
+        calls: The services that its nodes offer; each returns why it refuses, or nothing.
     """
 
     root: TreeNode
@@ -272,6 +273,7 @@ class Tree:
         self.blackboard = Blackboard()
         self.state = TreeState(0.0)
         self.asking: list[TreeNode] = []
+        self.calls: dict[str, Callable[[], str]] = {}
         self._commands: list[Ask | Withdraw] = []
         self._changes: list[StatusChange] = []
         self._last_key = 0

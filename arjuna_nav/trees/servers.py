@@ -10,10 +10,11 @@ from typing import Any, ClassVar
 
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import UNKNOWN
+from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.asking import Action, Asking, Service
 from arjuna_nav.trees.exchange import Answer
 from arjuna_nav.trees.node import Status, TreeNode
-from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Port
+from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, TEXT, TRUTH, WHOLE, Kind, Port
 
 
 class _Planning(Action):
@@ -134,14 +135,45 @@ class RemoveInCollisionGoals(_Costing):
         return Status.SUCCESS
 
 
+def _only(*values: str) -> Kind:
+    """Return the kind of a port of which the service's request of Jazzy has no field."""
+    same = {value: value for value in values}
+    return Kind(f"{' or '.join(values) or 'none'}, as Jazzy's service judges", same.__getitem__)
+
+
 class IsPathValid(Service):
-    """Succeeds where a path is free; fails where there is no path yet."""
+    """Succeeds where a path is free, as far ahead as asked; fails where there is no path yet."""
 
     KIND, SERVER = "IsPathValid", "is_path_valid"
-    path = Port(PATH, None, "path")
+    path = Port(PATH, None)
+    max_lookahead_distance = Port(NUMBER, -1.0)
+    max_cost = Port(_only("253", "254", "255"), "254")
+    consider_unknown_as_obstacle = Port(_only("false"), "false")
+    layer_name = Port(_only(""), "")
+    footprint = Port(_only("", "[]"), "")
+    check_full_path = Port(TRUTH, False)
+    stop_at_first_collision = Port(TRUTH, True)
 
     def _tick(self) -> Status:
         return Status.FAILURE if self.path is None else super()._tick()
+
+    def _request(self) -> dict[str, Any]:
+        path, pose, reach = self.path, self.tree.state.pose, self.max_lookahead_distance
+        if reach >= 0.0 and pose is not None and len(path):
+            lengths = paths.along(path)
+            path = path[lengths <= lengths[paths.nearest(path, pose)] + reach]
+        return {"path": path}
+
+
+class ValidatePath(IsPathValid):
+    """IsPathValid by the name that Nav2 gave it later."""
+
+
+class ToggleCollisionMonitor(Service):
+    """Turns the collision monitor on or off."""
+
+    KIND, SERVER = "Toggle", "collision_monitor/toggle"
+    enable = Port(TRUTH, True, "enable")
 
 
 _ALLOWANCE = {"time_allowance": Port(NUMBER, 10.0, "time_allowance")}

@@ -18,10 +18,15 @@ from arjuna_sim.files.xml_file import XmlFile
 RATE_MAX = 1000.0
 """Greatest rate of a sensor [Hz]."""
 
+_SYSTEM = re.compile(r"^(ignition::gazebo|gz::sim)::systems::")
+
 
 @dataclass(frozen=True)
 class SensorTag:
     """A `<sensor>` and its mounting; also a `<plugin>` that is a sensor by itself.
+
+    A system of Gazebo's that is written in a sensor is left out: what it holds of ROS, copied from
+    Gazebo Classic's plugins, is nothing to it.
 
     Attributes:
         link: The link that carries it.
@@ -32,6 +37,12 @@ class SensorTag:
     element: Element
     link: str
     pose: Pose3 | None = None
+
+    def __post_init__(self) -> None:
+        """Leave out Gazebo's systems."""
+        systems = [p for p in self.element.findall("plugin") if _SYSTEM.match(p.get("name", ""))]
+        if systems:
+            object.__setattr__(self, "element", _without(self.element, systems))
 
     @property
     def name(self) -> str:
@@ -74,11 +85,8 @@ class SensorTag:
 
     def with_plugin(self, plugin: Element) -> SensorTag:
         """Return the tag with one of its plugins alone."""
-        alone = copy.copy(self.element)
-        for other in alone.findall("plugin"):
-            if other is not plugin:
-                alone.remove(other)
-        return dataclasses.replace(self, element=alone)
+        others = [other for other in self.element.findall("plugin") if other is not plugin]
+        return dataclasses.replace(self, element=_without(self.element, others))
 
     def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
         """Return the settings that all sensors have, as keywords.
@@ -175,6 +183,14 @@ class SensorTag:
     def note(self, text: str) -> None:
         """Keep one line on what is simulated otherwise than the file says."""
         self.xml.note(f"{self.label}: {text}")
+
+
+def _without(element: Element, children: list[Element]) -> Element:
+    """Return a copy of an element that lacks some of its children."""
+    rest = copy.copy(element)
+    for child in children:
+        rest.remove(child)
+    return rest
 
 
 class PluginTag(NamedTuple):

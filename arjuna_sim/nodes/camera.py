@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import array
+import io
 from functools import partial
 from typing import Any
 
+import PIL.Image
 from geometry_msgs.msg import Twist
-from sensor_msgs.msg import CameraInfo, Image, PointCloud2
+from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_msg, header, velocity_from_twist
@@ -20,6 +22,8 @@ from arjuna_sim.model.world import World
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.physics.stage import Stage
 from arjuna_sim.world_sensors import WorldSensors
+
+_QUALITY = 95  # of JPEG, as image_transport's
 
 
 class WorldTopics:
@@ -90,6 +94,8 @@ class CameraTopics:
         depth = settings.depth_topic or beside(settings.topic, "depth/image_raw")
         info = settings.info_topic or beside(settings.topic, "camera_info")
         self._image_out = node.publisher(Image, settings.topic, qos.SENSOR_PUBLISHER)
+        compressed = f"{settings.topic}/compressed"
+        self._jpeg_out = node.publisher(CompressedImage, compressed, qos.SENSOR_PUBLISHER)
         self._info_out = node.publisher(CameraInfo, info, qos.SENSOR_PUBLISHER)
         self._depth_out = node.publisher(Image, depth, qos.SENSOR_PUBLISHER)
         infos = [self._info_out]
@@ -116,7 +122,8 @@ class CameraTopics:
         for out in self._infos:
             if out.get_subscription_count() > 0:
                 out.publish(camera_info(self._settings, now))
-        color = self._image_out.get_subscription_count() > 0
+        outs = self._image_out, self._jpeg_out
+        color = any(out.get_subscription_count() > 0 for out in outs)
         depth = self._depth_out.get_subscription_count() > 0
         depth = (self._gives_points() and self._cloud_due.due(now)) or depth
         if self._works and (color or depth):
@@ -148,7 +155,10 @@ class CameraTopics:
             self._log.error(f"the camera stays off: {shot}")
             return
         if shot.color is not None:
-            self._image_out.publish(self._image(stamp, "rgb8", shot.color))
+            if self._image_out.get_subscription_count() > 0:
+                self._image_out.publish(self._image(stamp, "rgb8", shot.color))
+            if self._jpeg_out.get_subscription_count() > 0:
+                self._jpeg_out.publish(self._jpeg(stamp, shot.color))
         if shot.depth is not None:
             self._depth_out.publish(self._image(stamp, "32FC1", shot.depth))
             if self._cloud_out is not None and self._gives_points():
@@ -164,6 +174,15 @@ class CameraTopics:
             encoding=encoding,
             step=len(data) // pixels.shape[0],
             data=array.array("B", data),
+        )
+
+    def _jpeg(self, stamp: float, pixels: Any) -> CompressedImage:
+        file = io.BytesIO()
+        PIL.Image.fromarray(pixels).save(file, "JPEG", quality=_QUALITY)
+        return CompressedImage(
+            header=header(self._settings.frame, stamp),
+            format="rgb8; jpeg compressed bgr8",  # as image_transport writes it
+            data=array.array("B", file.getvalue()),
         )
 
     def close(self) -> None:

@@ -37,7 +37,7 @@ class RobotStatePublisherConfig:
         "", "Arguments of the robot's xacro file, each name:=value, as in a shell."
     )
     robot_description: str = param(
-        "", "The text of a URDF, in place of a file; a new one is published at once."
+        "", "The text of a URDF or SDF, in place of a file; a new one is published at once."
     )
     frame_prefix: str = param("", "What stands before the links' names in transforms.")
     ignore_timestamp: bool = param(

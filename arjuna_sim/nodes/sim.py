@@ -27,6 +27,7 @@ from arjuna_sim.nodes.run_memory import RunMemory
 from arjuna_sim.nodes.services.entities import EntityServices
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
+from arjuna_sim.nodes.services.model_states import StatesOfModels
 from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
@@ -97,6 +98,7 @@ class SimNode(ManagedNode):
         SimulationServices(self, self._steps, known.infos.clear)
         answers = EntityServices(self, known).answers
         GazeboServices(self, known, answers)
+        StatesOfModels(self, known, answers)
 
     def activate(self) -> None:
         """Restart pacing, and publish the pose of the world."""

@@ -23,7 +23,7 @@ class ScanIntake:
 
     Attributes:
         overrun: Scans left out because a newer one was there, where only the newest counts.
-        newest: Stamp of the newest scan whose transform is known, used or not [s].
+        passed_over: Stamp of the newest scan that its pace left out, whose transform is known [s].
     """
 
     def __init__(self, node: ManagedNode) -> None:
@@ -40,7 +40,7 @@ class ScanIntake:
         """Forget the scans that wait and those that were."""
         self._queue.clear()
         self._pace = Pace()
-        self.newest = -math.inf
+        self.passed_over = -math.inf
 
     def clear(self) -> None:
         """Forget the scans that wait."""
@@ -56,9 +56,12 @@ class ScanIntake:
 
     def ready(self) -> list[tuple[Scan, SE2]]:
         """Return the scans to process now, each with `T_odom_base` at its stamp."""
-        ready = list(self._queue.ready())
-        self.newest = max([self.newest, *(scan.stamp for scan, _ in ready)])
-        due = [entry for entry in ready if self._pace.is_due(self._node.config, *entry)]
+        due: list[tuple[Scan, SE2]] = []
+        for entry in self._queue.ready():
+            if self._pace.is_due(self._node.config, *entry):
+                due.append(entry)
+            else:
+                self.passed_over = entry[0].stamp
         if self._node.config.synchronous or len(due) < 2:
             return due
         self.overrun += len(due) - 1

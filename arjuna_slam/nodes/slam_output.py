@@ -85,7 +85,7 @@ class SlamOutput:
 
     def hold(self, stamp: float) -> None:
         """Let the correction hold for a scan's stamp [s] too that was not taken in."""
-        self._stamp = stamp
+        self._stamp = max(self._stamp, stamp)
 
     def take(self, update: SlamUpdate, stamp: float) -> None:
         """Publish what a scan of some stamp [s] brought."""

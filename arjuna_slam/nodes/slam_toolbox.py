@@ -137,8 +137,7 @@ class SlamToolboxNode(ManagedNode):
     def _process_scans(self) -> None:
         for scan, T_odom_base in self._scans.ready():
             self._take_in(shortened(scan, self.config.min_laser_range), T_odom_base)
-        if not self.config.process_between_keyframes:  # the correction holds for other scans too
-            self._output.hold(self._scans.newest)
+        self._output.hold(self._scans.passed_over)
 
     def _keep_map(self) -> None:
         if self._mapping is not None:

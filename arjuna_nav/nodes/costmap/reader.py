@@ -85,7 +85,8 @@ class CostmapReader:
         costmap = self._costs.current(timeout)
         if costmap is None or frame in ("", self.frame):
             return costmap
-        return costmap.seen_from(robot_pose(self._node, frame, self.frame, self._tolerance))
+        lag = self._tolerance
+        return costmap.seen_from(robot_pose(self._node, frame, self.frame, lag, any_clock=True))
 
     def footprint(self) -> Footprint:
         """Return the robot's outline.
@@ -110,21 +111,20 @@ class _CostsByTopic:
     """The costs that come by topic.
 
     A publisher with nothing new sends no costs; its footprint, on the topic beside them as Nav2's
-    costmaps have it, shows that it lives.
+    costmaps have it, shows that it lives. One that has sent both once or twice, latched, is not
+    known to repeat anything, and so never silent.
     """
 
     def __init__(self, node: ManagedNode, topic: str) -> None:
         self._node, self._topic = node, topic
         self._costmap: Costmap | None = None
-        self._received_at = -math.inf
-        # The shortest of the last five intervals is the publisher's period, 1 s at first.
-        self._intervals: deque[float] = deque([1.0], maxlen=5)
+        self._rhythms = _Rhythm(), _Rhythm()  # of the costs and of the footprint
         self.frame_id = ""
         beside = f"{topic.removesuffix(_COSTS)}{_OUTLINE}"
         for kind, name, take, profile in (
             (CostmapMsg, topic, self._on_costs, qos.LATCHED),
             (CostmapUpdate, f"{topic}_updates", self._on_update, qos.LATCHED),
-            (PolygonStamped, beside, self._on_life, qos.DEFAULT),
+            (PolygonStamped, beside, self._on_outline, qos.DEFAULT),
         ):
             node.subscribe(kind, name, take, profile, while_inactive=True)
 
@@ -134,13 +134,15 @@ class _CostsByTopic:
 
     def current(self, timeout: float) -> Costmap | None:
         """Return the costs unless the publisher is silent for the timeout and 2.5 periods [s]."""
-        limit = max(timeout, 2.5 * min(self._intervals))
-        return self._costmap if self._node.now - self._received_at <= limit else None
+        now = self._node.now
+        late = [rhythm.late(now, timeout) for rhythm in self._rhythms if rhythm.known]
+        return None if late and all(late) else self._costmap
 
     def why_not_current(self) -> str:
         if self._costmap is None:
             return f"no costmap has come on '{self._topic}'"
-        age, now = self._node.now - self._received_at, self._node.now
+        now = self._node.now
+        age = now - max(rhythm.last for rhythm in self._rhythms)
         return f"nothing has come on '{self._topic}' for {age:.2f} s, it is {now:.2f} s"
 
     def _on_costs(self, message: Any) -> None:
@@ -148,7 +150,7 @@ class _CostsByTopic:
         frame = GridFrame(meta.resolution, meta.size_x, meta.size_y, se2_from_pose(meta.origin))
         self.frame_id = message.header.frame_id.lstrip("/")
         self._costmap = Costmap(frame, costs.reshape(frame.shape), seconds(meta.update_time))
-        self._on_life(message)
+        self._rhythms[0].take(self._node.now)
 
     def _on_update(self, message: Any) -> None:
         costmap, size = self._costmap, (message.size_x, message.size_y)
@@ -160,13 +162,32 @@ class _CostsByTopic:
             self._node.get_logger().error(f"{self._topic}_updates ignored: {error}")
             return
         self._costmap = replace(costmap, stamp=seconds(message.header.stamp))
-        self._on_life(message)
+        self._rhythms[0].take(self._node.now)
 
-    def _on_life(self, message: Any) -> None:
-        if self._costmap is not None and (past := self._node.now - self._received_at) > 0.0:
+    def _on_outline(self, message: Any) -> None:
+        self._rhythms[1].take(self._node.now)
+
+
+class _Rhythm:
+    """The period of a topic: the shortest of the last five intervals, known from the second on."""
+
+    def __init__(self) -> None:
+        self.last = -math.inf
+        self._intervals: deque[float] = deque(maxlen=5)
+
+    @property
+    def known(self) -> bool:
+        return len(self._intervals) > 1
+
+    def take(self, now: float) -> None:
+        if (past := now - self.last) > 0.0:
             if math.isfinite(past):
                 self._intervals.append(past)
-            self._received_at = self._node.now
+            self.last = now
+
+    def late(self, now: float, timeout: float) -> bool:
+        """Return whether nothing came for the timeout [s] and 2.5 periods."""
+        return now - self.last > max(timeout, 2.5 * min(self._intervals))
 
 
 class _OutlineByTopic:
@@ -199,4 +220,6 @@ class _OutlineByTopic:
         """Return where the robot was at a stamp, or lately where that is just to come."""
         stamp, frame = seconds(header.stamp), header.frame_id.lstrip("/")
         then = self._node.transforms.try_lookup(frame, self._base, stamp)
-        return robot_pose(self._node, frame, self._base, tolerance) if then is None else then
+        if then is not None:
+            return then
+        return robot_pose(self._node, frame, self._base, tolerance, any_clock=True)

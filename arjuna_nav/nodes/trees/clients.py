@@ -11,6 +11,7 @@ from geometry_msgs.msg import PoseStamped
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import BatteryState
 from std_msgs.msg import String
+from std_srvs.srv import Trigger
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, velocity_from_twist
@@ -72,6 +73,7 @@ class TreeClients:
         self._feedback: dict[int, Mapping[str, Any]] = {}
         self._selected: dict[str, str] = {}
         self._batteries: dict[str, Battery] = {}
+        self._calls: Mapping[str, Callable[[], str]] = {}
         self._moved_goal: SE2 | None = None
         self._look = Periodic(look_period)
         self._trials = 0
@@ -79,9 +81,14 @@ class TreeClients:
         node.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
         node.every(look_period, self._look_after_cancels)
 
-    def listen(self, topics: set[Topic]) -> None:
-        """Listen to the topics of a tree; what moved an older goal is over."""
-        self._moved_goal = None
+    def listen(self, topics: set[Topic], calls: Mapping[str, Callable[[], str]]) -> None:
+        """Listen to the topics of a tree, and answer its calls; what moved an older goal is over.
+
+        Args:
+            topics: Of the tree.
+            calls: Its nodes' services; each returns why it refuses, or nothing.
+        """
+        self._moved_goal, self._calls = None, calls
         for topic in sorted(topics - self._topics, key=lambda topic: topic.name):
             self._topics.add(topic)
             if topic.kind is TopicKind.GOAL:
@@ -89,9 +96,17 @@ class TreeClients:
             elif topic.kind is TopicKind.BATTERY:
                 take = partial(self._on_battery, topic.name)
                 self._node.subscribe(BatteryState, topic.name, take, qos.SENSOR_SUBSCRIPTION)
+            elif topic.kind is TopicKind.CALL:
+                self._node.serve(Trigger, topic.name, partial(self._on_call, topic.name))
             else:
                 take = partial(self._on_selected, topic.name)
                 self._node.subscribe(String, topic.name, take, qos.LATCHED, while_inactive=True)
+
+    def _on_call(self, name: str, request: Any, response: Any) -> Any:
+        call = self._calls.get(name, lambda: "the tree that has this service does not run")
+        response.message = call()
+        response.success = not response.message
+        return response
 
     def _on_selected(self, topic: str, message: Any) -> None:
         self._selected[topic] = message.data

@@ -236,7 +236,8 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
         "max_linear_jerk": _limit(linear, "jerk"),
         "max_angular_jerk": _limit(angular, "jerk"),
     }
-    timeout = values.get("cmd_vel_timeout", values.get("reference_timeout"))
+    names = ("cmd_vel_timeout", "reference_timeout", "cmd_vel_timeout_seconds")
+    timeout = next((values[name] for name in names if name in values), None)
     if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
         is_in_ms = kind == "tricycle_controller" and isinstance(timeout, int)
         limits["cmd_vel_timeout"] = 1e-3 * timeout if is_in_ms else float(timeout)

@@ -111,13 +111,19 @@ def read_origin(xml: XmlFile, element: Element, label: str) -> Pose3:
 
 
 def _colours(xml: XmlFile) -> dict[str, tuple[float, ...]]:
-    result = {}
+    """Return the colours by name; a visual's own that is none leaves it grey, as in urdfdom."""
+    result, shared = {}, xml.root.findall("material")
     for element in xml.root.iter("material"):
         color = element.find("color")
         if color is not None:
             label = f"material '{element.get('name', '')}'"
-            text = xml.attribute(color, "rgba", label)
-            result[element.get("name", "")] = xml.numbers(text, 4, label)
+            try:
+                text = xml.attribute(color, "rgba", label)
+                result[element.get("name", "")] = xml.numbers(text, 4, label)
+            except RobotError as error:
+                if element in shared:
+                    raise
+                xml.note(f"{error.location}: {error.problem}; it is left out", NoteKind.BROKEN)
     return result
 
 

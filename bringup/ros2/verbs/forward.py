@@ -171,15 +171,13 @@ def _nothing(words: list[str], why: str, stays: bool = True) -> None:
 _IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
 _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
+_MOCK = f"{_PROGRAMS}.mock_hardware"
 _RELAYS = f"{_PROGRAMS}.relays"
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
 PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
-    ("controller_manager", "ros2_control_node"): partial(
-        _nothing,
-        why="the simulator drives the joints itself, as the robot's file says; hardware is ROS's",
-    ),
+    ("controller_manager", "ros2_control_node"): _MOCK,
     **{
         ("rclcpp_components", f"component_container{kind}"): partial(
             _nothing, why="each node of a container is a process here"
@@ -299,7 +297,7 @@ def run(words: list[str]) -> int:
     program = PROGRAMS[package, name]
     if isinstance(program, str):
         module, _, function = program.partition(":")
-        all_words = module in (_GAZEBO, _BRIDGE, _RELAYS)  # of others rclpy reads ROS' own
+        all_words = module in (_GAZEBO, _BRIDGE, _MOCK, _RELAYS)  # of others rclpy reads ROS' own
         given = words[2:] if all_words else ros_arguments(words[2:]).own
         getattr(importlib.import_module(module), function or "main")(given)
     else:

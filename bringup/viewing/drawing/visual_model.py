@@ -25,6 +25,7 @@ from arjuna_core.files.input_file import open_file
 FindMesh = Callable[[str], Path | None]
 """Returns the file that a mesh's URI names, or None."""
 _LARGEST = 60_000_000  # [bytes] of a mesh or a texture
+_UNREADABLE = (ParseError, DefusedXmlException, ValueError, yourdfpy.urdf.URDFError)
 _BROKEN = (
     *(OSError, ValueError, TypeError, LookupError, AttributeError, SyntaxError, OverflowError),
     *(ArjunaError, DaeError, struct.error, RuntimeError),
@@ -80,10 +81,10 @@ class VisualModel:
 
 
 def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> VisualModel:
-    """Return the robot of a URDF's text.
+    """Return the robot of the text of a URDF, or of an SDF model.
 
     Raises:
-        VisualError: The text is no URDF, or has no root.
+        VisualError: The text is none, or has no root.
     """
     robot = _parse(description, longest)
     colours = {m.name: m.color.rgba for m in robot.materials if m.color is not None}
@@ -131,13 +132,15 @@ def _root(robot: Any) -> str:
 
 def _parse(description: str, longest: int) -> Any:
     """Return yourdfpy's robot, after a parser that refuses entities and the network."""
-    text = description.encode()
-    if len(text) > longest:
-        raise VisualError(f"a description of {len(text)} bytes; valid: up to {longest}")
+    from arjuna_sim.inputs import as_urdf
+
+    if len(description) > longest:
+        raise VisualError(f"a description of {len(description)} bytes; valid: up to {longest}")
     try:
+        text = as_urdf(description).encode()
         fromstring(text)
         urdf = yourdfpy.URDF.load(io.BytesIO(text), build_scene_graph=False, load_meshes=False)
-    except (ParseError, DefusedXmlException, ValueError, yourdfpy.urdf.URDFError) as error:
+    except (*_UNREADABLE, ArjunaError) as error:
         raise VisualError(f"the robot's description is no URDF: {error}") from error
     return urdf.robot
 

@@ -176,3 +176,44 @@ def test_a_topic_is_known_when_the_tree_is_built() -> None:
         Play('<IsBatteryCharging battery_topic="{where}"/>')
     with pytest.raises(TreeError, match=r"port 'topic_name' is {where}"):
         Play('<PlannerSelector topic_name="{where}" default_planner="A" selected_planner="{p}"/>')
+
+
+LINE = np.array([[0.5 * k, 0.0, 0.0] for k in range(21)])
+
+
+@pytest.mark.parametrize(
+    ("ports", "x", "status"),
+    [("", 8.9, FAILURE), ("", 9.3, SUCCESS), ("proximity_threshold='4'", 6.4, SUCCESS),
+     ("max_robot_pose_search_dist='1'", 9.3, FAILURE)],
+)  # fmt: skip
+def test_a_goal_is_nearby_by_what_is_left_of_the_path(ports: str, x: float, status: Status) -> None:
+    play = Play(f"<IsGoalNearby path='{{path}}' {ports}/>")
+    assert play.tick() is FAILURE
+    play.tree.blackboard.set("path", LINE)
+    play.pose = SE2(x, 0.2)
+    assert play.tick() is status
+
+
+def test_a_search_along_the_path_begins_where_it_ended() -> None:
+    play = Play("<IsGoalNearby path='{path}' max_robot_pose_search_dist='2'/>", path=LINE)
+    statuses = []
+    for x in (1.5, 3.0, 4.5, 6.0, 7.5, 9.0, 9.5):
+        play.pose = SE2(x)
+        statuses.append(play.tick())
+    assert statuses == [FAILURE] * 6 + [SUCCESS]
+
+
+@pytest.mark.parametrize(
+    ("ports", "pose", "status"),
+    [("", SE2(3.0, 0.4), SUCCESS), ("", SE2(3.0, -0.6), FAILURE),
+     ("max_error_right='0.7'", SE2(3.0, -0.6), SUCCESS),
+     ("max_error_left='0.3'", SE2(3.0, 0.4), FAILURE),
+     ("max_error_heading='-0.5'", SE2(3.0, 0.0, 0.6), FAILURE)],
+)  # fmt: skip
+def test_a_path_is_tracked_within_bounds(ports: str, pose: SE2, status: Status) -> None:
+    bounds = f"<IsWithinPathTrackingBounds {ports}/>"
+    play = Play(f"<ReactiveSequence>{bounds}<FollowPath path='{{path}}'/></ReactiveSequence>")
+    play.tree.blackboard.set("path", LINE)
+    play.pose = pose
+    assert play.tick() is RUNNING
+    assert play.tick() is (RUNNING if status is SUCCESS else FAILURE)

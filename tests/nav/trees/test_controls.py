@@ -222,3 +222,39 @@ def test_a_persistent_sequence_goes_on_where_it_was_halted() -> None:
     assert (play.get("at"), set(play.open)) == (1, {"Wait"})
     play.tick(Wait=Answer(True))
     assert play.get("at") == 0
+
+
+def test_a_paused_tree_runs_its_other_children_until_it_is_resumed() -> None:
+    play = Play(
+        "<PauseResumeController pause_service_name='pause' resume_service_name='resume'>"
+        f"{SPIN}{WAIT}{BACK}<DriveOnHeading/></PauseResumeController>"
+    )
+    pause, resume = play.tree.calls["pause"], play.tree.calls["resume"]
+    assert {topic.name for topic in play.tree.topics} == {"pause", "resume"}
+    assert "does not run" in pause()
+    assert (play.tick(), set(play.open)) == (RUNNING, {"Spin"})
+    assert "is not paused" in resume()
+    assert (pause(), pause()) == ("", "")
+    assert (play.tick(), set(play.open)) == (RUNNING, {"BackUp"})
+    assert play.tick(BackUp=True) is RUNNING
+    assert (play.tick(), set(play.open)) == (RUNNING, {"Wait"})
+    assert "is paused already" in pause()
+    for _ in range(2):  # what runs while it is paused begins again
+        assert play.tick(Wait=True) is RUNNING
+        assert (play.tick(), set(play.open)) == (RUNNING, {"Wait"})
+    assert resume() == ""
+    assert (play.tick(), set(play.open)) == (RUNNING, {"DriveOnHeading"})
+    assert play.tick(DriveOnHeading=True) is RUNNING
+    assert (play.tick(), set(play.open)) == (RUNNING, {"Spin"})
+    assert play.tick(Spin=True) is SUCCESS
+    assert "does not run" in pause()
+
+
+@pytest.mark.parametrize(("children", "status"), [(SPIN, RUNNING), (f"{SPIN}{NO}", FAILURE)])
+def test_a_child_that_a_pause_lacks_is_left_out(children: str, status: Status) -> None:
+    ports = "pause_service_name='/p' resume_service_name='/r'"
+    play = Play(f"<PauseResumeController {ports}>{children}</PauseResumeController>")
+    play.tick()
+    assert play.tree.calls["/p"]() == ""
+    assert [play.tick() for _ in range(2)] == [RUNNING, status]
+    assert not play.open

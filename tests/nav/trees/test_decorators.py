@@ -78,7 +78,10 @@ def test_a_path_that_grows_long_near_the_goal_is_noticed() -> None:
     assert play.tick() is SUCCESS
 
 
-GIVEN = 'SpeedController min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="3"'
+GIVEN = (
+    'SpeedController min_speed="0.2" max_speed="0.6" min_rate="1" max_rate="3"'
+    ' filter_duration="0.3"'
+)
 
 
 @pytest.mark.parametrize(

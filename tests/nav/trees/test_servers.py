@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2
+from arjuna_nav.trees.blackboard import TreeError
 from arjuna_nav.trees.exchange import Answer, Ask, TreeState
 from arjuna_nav.trees.node import Status
 from tests.helpers.nav.tree_play import Play
@@ -320,3 +321,37 @@ def test_a_pose_is_occupied_by_its_cost(ports: str, cost: float, status: Status)
     play = Play(f"<IsPoseOccupied pose='{{goal}}' {ports}/>", goal=SE2(1.0, 2.0, 0.5))
     assert play.tick() is RUNNING
     assert play.tick(GetCost=Answer(True, values={"cost": cost})) is status
+
+
+@pytest.mark.parametrize("name", ["IsPathValid", "ValidatePath"])
+@pytest.mark.parametrize(
+    ("ports", "count"),
+    [("", 21), ("max_lookahead_distance='-1' max_cost='253'", 21),
+     ("max_lookahead_distance='2' stop_at_first_collision='false'", 9)],
+)  # fmt: skip
+def test_a_path_is_validated_as_far_ahead_as_asked(name: str, ports: str, count: int) -> None:
+    path = np.array([[0.5 * k, 0.0, 0.0] for k in range(21)])
+    play = Play(f"<{name} path='{{path}}' {ports}/>", path=path)
+    play.pose = SE2(2.0, 0.1)
+    _, commands = play.tree.tick(TreeState(0.1, play.pose))
+    (ask,) = commands
+    assert isinstance(ask, Ask)
+    assert (ask.kind, len(ask.fields["path"])) == ("IsPathValid", count)
+
+
+@pytest.mark.parametrize(
+    ("port", "valid"),
+    [("max_cost='100'", "253 or 254 or 255"), ("layer_name='obstacles'", "valid: none"),
+     ("consider_unknown_as_obstacle='true'", "valid: false")],
+)  # fmt: skip
+def test_what_jazzys_service_cannot_be_asked_is_refused(port: str, valid: str) -> None:
+    with pytest.raises(TreeError, match=valid):
+        Play(f"<ValidatePath path='{{path}}' {port}/>")
+
+
+@pytest.mark.parametrize(("port", "enable"), [("", True), ("enable='false'", False)])
+def test_the_collision_monitor_is_toggled(port: str, enable: bool) -> None:
+    play = Play(f"<ToggleCollisionMonitor {port} service_name='monitor/toggle'/>")
+    _, (ask,) = play.tree.tick(TreeState(0.1))
+    assert isinstance(ask, Ask)
+    assert (ask.kind, ask.server, ask.fields) == ("Toggle", "monitor/toggle", {"enable": enable})

@@ -9,6 +9,7 @@ from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import NavigateThroughPoses
 from nav2_msgs.msg import BehaviorTreeLog
 from sensor_msgs.msg import BatteryState
+from std_srvs.srv import Trigger
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
@@ -261,3 +262,20 @@ def test_a_route_is_driven_unless_the_battery_is_empty(tmp_path: Path) -> None:
     robot.run_until_done(goal, 5.0)
     assert goal.status == ABORTED
     assert robot.pose.distance(SE2(0.0, 4.0)) < TOLERANCE
+
+
+def test_a_tree_pauses_by_its_services(robot: PlayedRobot, tmp_path: Path) -> None:
+    services = 'pause_service_name="pause" resume_service_name="resume"'
+    drives = f'<Sequence>{PLAN}<FollowPath path="{{path}}"/></Sequence>'
+    inside = f"<PauseResumeController {services}>{drives}</PauseResumeController>"
+    goal = go(robot, SE2(1.5, 0.0), tree(tmp_path, inside))
+    drive(robot)
+    assert robot.bench.call(Trigger, "pause", Trigger.Request()).success
+    robot.run(1.5)
+    assert robot.command == STILL
+    again = robot.bench.call(Trigger, "pause", Trigger.Request())
+    assert (again.success, again.message) == (False, "PauseResumeController is paused already")
+    assert robot.bench.call(Trigger, "resume", Trigger.Request()).success
+    robot.run_until_done(goal, 30.0)
+    assert goal.status == SUCCEEDED
+    assert not robot.bench.call(Trigger, "pause", Trigger.Request()).success

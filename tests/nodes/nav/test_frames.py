@@ -64,6 +64,19 @@ def test_a_pose_that_is_known_is_returned() -> None:
     assert robot_pose(_node(10.1, *CHAIN), "map", "robot_footprint", 0.3) == SE2(2.0, 0.0)
 
 
+@pytest.mark.parametrize("now", [1.8e9, 1.8e9 + 5.0])
+def test_a_server_without_a_costmap_of_its_own_takes_poses_of_another_clock(now: float) -> None:
+    node, said = _node(now, *CHAIN), []
+    node.get_logger = lambda: SimpleNamespace(warning=lambda text, once: said.append((text, once)))
+    pose = robot_pose(node, "map", "robot_footprint", 0.3, any_clock=True)
+    assert pose == SE2(2.0, 0.0)
+    ((text, once),) = said
+    assert once
+    assert "start this node with use_sim_time:=true" in text
+    with pytest.raises(TransformError, match="over the tolerance"):
+        robot_pose(_node(12.0, *CHAIN), "map", "robot_footprint", 0.3, any_clock=True)
+
+
 def test_a_pose_without_a_frame_is_refused() -> None:
     with pytest.raises(TransformError, match=r"frame_id is empty; valid: 'map'"):
         pose_in(_node(10.0), "map", pose_stamped(SE2(1.0, 0.0), "", 10.0))

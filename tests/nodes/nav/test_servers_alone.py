@@ -158,6 +158,23 @@ def test_a_behaviour_ends_where_the_costmap_falls_silent() -> None:
     assert_failed(goal, 720, "nothing has come on 'local_costmap/costmap_raw'")
 
 
+@pytest.mark.parametrize("times", [1, 2])
+def test_costs_that_are_latched_are_never_silent(times: int) -> None:
+    robot, costmap = alone(BEHAVIOR_SERVER)
+    for _ in range(times):
+        costmap.publish()
+        robot.run(6.0)
+    goal = drive(robot, 1.0, 0.2)
+    robot.run(6.0)
+    assert goal.status == SUCCEEDED
+    costmap.wall(1.6)
+    costmap.publish()
+    robot.run(6.0)
+    goal = drive(robot, 1.0, 0.2)
+    robot.run(6.0)
+    assert_failed(goal, 723)
+
+
 def test_a_behaviour_takes_topics_and_frames_by_name() -> None:
     names = {"local_costmap_topic": "/other/costs", "local_footprint_topic": "/other/outline"}
     robot = started(BEHAVIOR_SERVER, settle=0.4, behavior_server=names)

@@ -79,6 +79,28 @@ def test_a_descriptions_text_a_prefix_and_mimic_joints(bench: RosBench) -> None:
     assert description[-1].data == ARM + "\n"
 
 
+SDF = """<?xml version="1.0"?><sdf version="1.8"><model name="arm"><link name="base"/>
+  <link name="fixed"><pose>1 0 0.5 0 0 0</pose></link><link name="a"><pose>0 2 0 0 0 0</pose></link>
+  <joint name="f" type="fixed"><parent>base</parent><child>fixed</child></joint>
+  <joint name="j" type="revolute"><parent>base</parent><child>a</child>
+    <axis><xyz>0 0 1</xyz><limit><lower>-inf</lower><upper>inf</upper></limit></axis></joint>
+</model></sdf>"""
+
+
+def test_the_description_may_be_an_sdf_model(bench: RosBench) -> None:
+    description = bench.collect(String, "/robot_description", qos.LATCHED)
+    static = bench.collect(TFMessage, "/tf_static", qos.TF_STATIC)
+    moving = bench.collect(TFMessage, "/tf")
+    start(bench, RobotStatePublisherNode(bench.process, {"robot_description": SDF}))
+    bench.publish(JointState, "joint_states", JointState(name=["j"], position=[math.pi]))
+    assert description[-1].data == SDF
+    (fixed,), (turned,) = static[-1].transforms, moving[-1].transforms
+    assert (fixed.header.frame_id, fixed.child_frame_id) == ("base", "fixed")
+    assert (fixed.transform.translation.x, fixed.transform.translation.z) == (1.0, 0.5)
+    assert (turned.child_frame_id, turned.transform.translation.y) == ("a", 2.0)
+    assert abs(turned.transform.rotation.z) == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize(("ignore", "count"), [(False, 1), (True, 2)])
 def test_older_joint_states_are_dropped(bench: RosBench, ignore: bool, count: int) -> None:
     moving = bench.collect(TFMessage, "/tf")

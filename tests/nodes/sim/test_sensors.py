@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import io
 import threading
 from pathlib import Path
 from typing import Any
@@ -9,10 +10,12 @@ from typing import Any
 import numpy as np
 import pytest
 from gazebo_msgs.msg import ContactsState
+from PIL import Image as Picture
 from ros_gz_interfaces.msg import Altimeter, Contacts
 from sensor_msgs.msg import (
     BatteryState,
     CameraInfo,
+    CompressedImage,
     Image,
     Imu,
     LaserScan,
@@ -193,6 +196,22 @@ def test_a_camera_publishes_to_listeners(bench: RosBench, monkeypatch: pytest.Mo
     assert (depths[0].encoding, depths[0].step, len(depths[0].data)) == (
         "32FC1", 2560, 2560 * 480
     )  # fmt: skip
+
+
+def test_pictures_are_compressed_for_who_listens(
+    bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As image_transport has them."""
+    sim = start_sim(bench)
+    shot = Shot(np.full((480, 640, 3), (200, 10, 10), np.uint8), None)
+    monkeypatch.setattr(Camera, "shoot", lambda *_: shot)
+    topic = "/camera/image_raw/compressed"
+    pictures = bench.collect(CompressedImage, topic, qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 5)
+    assert pictures[0].format == "rgb8; jpeg compressed bgr8"
+    with Picture.open(io.BytesIO(bytes(pictures[0].data))) as picture:
+        assert (picture.format, picture.size) == ("JPEG", (640, 480))
+        assert np.abs(np.asarray(picture, int)[240, 320] - (200, 10, 10)).max() < 5
 
 
 def test_a_camera_without_opengl_is_off(bench: RosBench, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -59,6 +59,19 @@ def test_transforms_are_dated_past_their_scan_and_never_twice(robot: Robot) -> N
     assert {t.child_frame_id for t in robot.transforms} == {"odom"}
 
 
+@pytest.mark.parametrize("left_out", [{"minimum_time_interval": 0.5}, {"throttle_scans": 4}])
+def test_transforms_are_dated_past_scans_that_are_left_out(
+    robot: Robot, left_out: dict[str, float]
+) -> None:
+    """As slam_toolbox's; its own files have 0.5 s between scans, and 0.2 s past them."""
+    started(robot, transform_timeout=0.2, **left_out)
+    for _ in range(20):
+        robot.drive(1)
+        robot.bench.advance(0.06)
+        assert seconds(robot.transforms[-1].header.stamp) == pytest.approx(robot.now + 0.2, abs=0.1)
+    assert len(robot.poses) < 10
+
+
 def test_the_map_comes_with_the_first_scan_and_then_at_its_interval(robot: Robot) -> None:
     started(robot, map_update_interval=2.0)
     robot.drive(1)

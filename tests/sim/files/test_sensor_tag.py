@@ -182,6 +182,18 @@ def test_noise_of_a_plugin_that_is_an_imu(
     assert (found.gyro_noise, found.accel_noise) == (gyro, accel)
 
 
+@pytest.mark.parametrize(
+    ("plugin", "topic"),
+    [("gz::sim::systems::Sensors", "beams"), ("libgazebo_ros_ray_sensor", "scan")],
+)
+def test_a_system_in_a_sensor_remaps_nothing(plugin: str, topic: str) -> None:
+    ray = "<scan><horizontal><samples>9</samples></horizontal></scan>"
+    ray += "<range><min>0.1</min><max>9</max></range>"
+    remapped = "<ros><argument>~/out:=scan</argument></ros>"
+    system = f"<plugin name='{plugin}' filename='f'>{remapped}</plugin>"
+    assert read("gpu_lidar", f"<topic>beams</topic><ray>{ray}</ray>{system}").topic == topic
+
+
 def test_sensors_are_called_by_name_or_type() -> None:
     labels = [tag(name=name).label for name in ("name='s'", "")]
     assert labels == ["sensor 's'", "sensor 't'"]

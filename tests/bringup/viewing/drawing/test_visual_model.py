@@ -39,6 +39,18 @@ def test_a_box_stands_where_its_origin_says() -> None:
     assert bounds == pytest.approx(np.array([[0.9, -0.2, -0.3], [1.1, 0.2, 0.3]]))
 
 
+def test_an_sdf_model_is_drawn_as_its_urdf() -> None:
+    box = "<geometry><box><size>0.2 0.4 0.6</size></box></geometry>"
+    link = f"<link name='base'><visual name='v'><pose>1 0 0 0 0 0</pose>{box}</visual></link>"
+    model = f"<sdf version='1.8'><model name='r'>{link}</model></sdf>"
+    found = visual_model.read(model, nowhere)
+    bounds = scene(found.glbs["base"]).bounds
+    assert (found.root, found.name) == ("base", "r")
+    assert bounds == pytest.approx(np.array([[0.9, -0.2, -0.3], [1.1, 0.2, 0.3]]))
+    with pytest.raises(visual_model.VisualError, match="must hold a <model>"):
+        visual_model.read("<sdf version='1.8'/>", nowhere)
+
+
 def test_a_material_named_for_the_whole_robot_colours_its_links() -> None:
     text = urdf("<geometry><sphere radius='1'/></geometry><material name='red'/>").replace(
         "<link", "<material name='red'><color rgba='1 0 0 0.5'/></material><link", 1

@@ -132,6 +132,7 @@ def test_limits_that_are_switched_off_or_none_do_not_count(
     [
         ({"cmd_vel_timeout": 0.0}, 0.0),
         ({"reference_timeout": 1}, 1.0),
+        ({"cmd_vel_timeout_seconds": 5.0}, 5.0),
         ({"cmd_vel_timeout": ""}, None),
     ],
 )

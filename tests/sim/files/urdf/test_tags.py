@@ -137,6 +137,20 @@ def test_a_joint_whose_leader_is_not_there_moves_freely() -> None:
     assert note.text.endswith("; it moves freely")
 
 
+def test_a_visuals_own_colour_may_be_none() -> None:
+    """As in urdfdom, which refuses a robot for a shared one alone."""
+    colour = "<material name='m'><color rgba='0 0 0.5'/></material>"
+    visual = f"<visual><geometry><sphere radius='1'/></geometry>{colour}</visual>"
+    text = "<robot name='r'>{}<link name='a'>" + visual + "</link></robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.format("").encode())
+    read_urdf(xml)
+    assert [note.text for note in xml.notes] == [
+        "material 'm': has 3 numbers ('0 0 0.5'); valid: 4; it is left out"
+    ]
+    with pytest.raises(RobotError, match="has 3 numbers"):
+        read_urdf(XmlFile(Path("r.urdf"), "robot", RobotError, text.format(colour).encode()))
+
+
 def test_tags_that_no_urdf_has_are_named_once_with_where_they_belong() -> None:
     shape = "<geometry><sphere radius='1'/></geometry><material name='m'/>"
     touched = f"<collision>{shape}<surface><friction/></surface></collision>"

@@ -1,0 +1,3 @@
+"""The node of a command."""
+
+NODE_NAME_PREFIX = "_ros2cli"

@@ -1,0 +1,1 @@
+"""ROS 2's `ros2node`, as far as programs import it: `ros2node.api`."""
