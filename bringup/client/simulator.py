@@ -47,13 +47,18 @@ class SimulatorError(ClientError):
 
 
 class SimulatorClient(Connection):
-    """A client of a simulator."""
+    """A client of a simulator.
+
+    Args:
+        timeout: For its services to appear [s].
+        answer: For what they do, which takes its time in a large world or on a busy machine [s].
+    """
 
     error = SimulatorError
 
-    def __init__(self, timeout: float = 5.0, namespace: str = "") -> None:
+    def __init__(self, timeout: float = 5.0, namespace: str = "", answer: float = 60.0) -> None:
         super().__init__("simulator_client", namespace)
-        self._timeout = timeout
+        self._timeout, self._answer = timeout, max(timeout, answer)
 
     def not_served(self, name: str, timeout: float) -> Exception:
         """Return the error of a service that nobody serves within a time [s]."""
@@ -66,7 +71,7 @@ class SimulatorClient(Connection):
         Raises:
             SimulatorError: Nobody answers in time, or the result is not RESULT_OK.
         """
-        response = self.call(service_type, name, request, self._timeout)
+        response = self.call(service_type, name, request, self._answer, self._timeout)
         if response.result.result != Result.RESULT_OK:
             raise SimulatorError(f"{response.result.error_message} ({response.result.result})")
         return response
@@ -119,7 +124,7 @@ class SimulatorClient(Connection):
         answers = [client.call_async(request) for request in requests]
         boxes = []
         for state, answer in zip(found.states, answers, strict=True):
-            bounds = self.result(answer, self._timeout, name).bounds.points
+            bounds = self.result(answer, self._answer, name).bounds.points
             if len(bounds) != 2:  # it is gone by now
                 continue
             (x1, y1, z1), (x0, y0, z0) = ((point.x, point.y, point.z) for point in bounds)
