@@ -71,9 +71,11 @@ def of_robot(
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups, simulated)
-    given = parameters.get(LOCAL_COSTMAP.name, {}).get("body")
-    if not given and any(LOCAL_COSTMAP in group.nodes for group in groups):
-        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
+    values = parameters.get(LOCAL_COSTMAP.name, {})
+    if not values.get("body") and any(LOCAL_COSTMAP in group.nodes for group in groups):
+        left_out = _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False)
+        outline = own.get(LOCAL_COSTMAP.name, {}).get("footprint")
+        if body := outline or next((body for _, body, _ in left_out), ""):
             own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own
 
