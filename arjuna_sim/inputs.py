@@ -12,7 +12,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
-from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings
+from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, level_lidars
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.sensor_tag import Tags
@@ -76,11 +76,13 @@ def names_of(robot: RobotModel, is_fused: bool = False) -> dict[str, str]:
 
     Args:
         is_fused: Whether a filter of wheels and gyro publishes its odometry.
+
+    Returns:
+        By name; scans and clouds of several sensors are words, the one that maps the first.
     """
-    drive, lidar = robot.drive, robot.settings.first(LidarSettings)
-    imu = robot.settings.first(ImuSettings)
+    drive, imu = robot.drive, robot.settings.first(ImuSettings)
     names = {
-        ("scan_topic", "scan"): lidar.topic if lidar is not None else "scan",
+        ("scan_topic", "scan"): " ".join(_scans(robot)) or "scan",
         ("cloud_topic", "depth/points"): " ".join(_clouds(robot)) or "depth/points",
         ("imu", ImuSettings.TOPIC): imu.topic if imu is not None else ImuSettings.TOPIC,
         ("odom_topic", "odom"): drive.fused_topic if is_fused else drive.odometry_topic,
@@ -109,14 +111,19 @@ def frames_and_topics(robot: RobotModel) -> dict[str, frozenset[str]]:
 
 
 def _clouds(robot: RobotModel) -> dict[str, float]:
-    """Return the topics of a robot's clouds, and how their points scatter [m].
-
-    They are those of its depth cameras, else of its lidars of several rows.
-    """
+    """Return the topics of a robot's clouds, depth cameras' first; how their points scatter [m]."""
     sensors = robot.settings.sensors
     cameras = [s.cloud_topic for s in sensors if isinstance(s, CameraSettings) and s.cloud_topic]
     rows = {s.topic: s.noise for s in sensors if type(s) is CloudSettings}
-    return dict.fromkeys(cameras, 0.0) or rows
+    return dict.fromkeys(cameras, 0.0) | rows
+
+
+def _scans(robot: RobotModel) -> dict[str, None]:
+    """Return the topics of a robot's scans, of the one that maps first.
+
+    Where one looks at the ground, what it sees there is no obstacle: it is left out.
+    """
+    return dict.fromkeys(s.topic for s in level_lidars(robot.settings.sensors, robot.urdf))
 
 
 class Heights(NamedTuple):

@@ -93,11 +93,12 @@ def cached(kind: str, made_of: Sequence[bytes], make: Callable[[], Arrays]) -> A
         digest.update(len(part).to_bytes(8, "little") + part)
     path = cache_folder() / kind / f"{digest.hexdigest()}.npz"
     with contextlib.suppress(InputFileError, *_DAMAGED):
-        content = read_bytes(path, _FILE_BYTES_MAX)
-        with np.load(io.BytesIO(content), allow_pickle=False) as found:
-            arrays = tuple(found[f"arr_{i}"] for i in range(len(found.files)))
-        os.utime(path)  # it was used now
-        return arrays
+        if path.exists():  # a reader's error would look for the name that is nearest
+            content = read_bytes(path, _FILE_BYTES_MAX)
+            with np.load(io.BytesIO(content), allow_pickle=False) as found:
+                arrays = tuple(found[f"arr_{i}"] for i in range(len(found.files)))
+            os.utime(path)  # it was used now
+            return arrays
     arrays = make()
     with contextlib.suppress(InputFileError, OSError):  # a folder that cannot be written
         _keep(path, arrays)

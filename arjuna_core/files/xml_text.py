@@ -17,6 +17,7 @@ _ELEMENTS_MAX = 300_000
 _DEPTH_MAX = 100
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
+_OPEN = re.compile(rb"(<\?xml[^?>]*)>")
 _ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
 _PAGE = re.compile(rb"\s*<(!doctype\s+)?html\b", re.IGNORECASE)
 _CUT_OFF = (
@@ -53,8 +54,9 @@ def parse_xml(
     """Parse plain XML: no DTD, no entities, no more elements than any robot or world has.
 
     As for the parser of Gazebo and BehaviorTree.CPP, a prefix that nobody declares stands for
-    itself, blanks may stand before the declaration, a comment may hold two dashes, an attribute
-    "<" and "&" as they are (in scripts of trees), and letters need not be UTF-8.
+    itself, blanks may stand before the declaration, which may end in ">" alone, a comment may hold
+    two dashes, an attribute "<" and "&" as they are (in scripts of trees), and letters need not be
+    UTF-8.
 
     Args:
         path: Where the text is from, for messages.
@@ -71,7 +73,8 @@ def parse_xml(
         try:
             return _parse(text)
         except ParseError:
-            mended = _declared(_escaped(_in_utf8(_without_comments(text))))
+            mended = _OPEN.sub(rb"\1?>", _without_comments(text), count=1)
+            mended = _declared(_escaped(_in_utf8(mended)))
         return _parse(mended)
     except ParseError as reason:
         is_cut_off = reason.code in _CUT_OFF

@@ -37,10 +37,24 @@ def leaves(poses: Floats, costmap: Costmap, body: Footprint, error: float = 0.01
             swings out [m].
     """
     start, length = SE2.from_array(poses[0]), paths.length(poses)
-    points = costmap.obstacles(start.x, start.y, length + body.circumscribed_radius)
+    cell = costmap.frame.resolution
+    points = costmap.obstacles(start.x, start.y, length + body.circumscribed_radius + 2.0 * cell)
+    points = _with_middles(points, cell)
     points = points[~body.holds(start.inverse().apply(points))]
     inner = body.scaled(max(1.0 - error / body.inscribed_radius, 0.5))
     return bool(first_contact(poses, points, inner.points) == len(poses))
+
+
+def _with_middles(points: Floats, cell: float) -> Floats:
+    """Return points `(N, 2)`, one a cell at the most, and more between those of cells side by side.
+
+    Without them the corner of a body slips through a wall between two points.
+    """
+    one, other = np.triu_indices(len(points), 1)
+    gaps = points[other] - points[one]
+    near = np.hypot(*gaps.T) < 2.0 * cell
+    parts = np.array([0.25, 0.5, 0.75])[:, None, None]
+    return np.vstack([points, *(points[one][near] + parts * gaps[near])])
 
 
 def line_off(

@@ -75,6 +75,8 @@ def mesh_shape(
         rest = "" if option is None else f"; {option} DIR finds it below DIR"
         problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
         xml.note(f"{label}: {problem}", NoteKind.MISSING)
+        if not label.endswith("visual"):
+            xml.missing.append(f"'{uri}'{rest}")
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(

@@ -65,6 +65,7 @@ class XmlFile:
         self.meshes: dict[Path, Mesh] = {}
         self.terrains: dict[Path, Terrain] = {}
         self.notes: dict[Note, None] = {}
+        self.missing: list[str] = []  # meshes that collide
 
     def _parse(self, tag: str) -> Element:
         root = parse_xml(self.path, self.text, self.error)

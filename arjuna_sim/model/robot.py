@@ -48,6 +48,10 @@ class RobotModel:
         """True for a robot fixed to the world, as Gazebo fixes a robot whose root is `world`."""
         return self.urdf.root.rpartition(_BELOW)[2] == ANCHOR
 
+    def standard(self) -> RobotModel:
+        """Return the robot with the standard topics, whatever its file says."""
+        return replace(self, settings=self.settings.standard(), drive=self.drive.standard())
+
     def below(self, name: str) -> RobotModel:
         """Return the robot with its links, joints and sensors below a name, `SOLO` for as they are.
 

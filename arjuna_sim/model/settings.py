@@ -130,6 +130,17 @@ class DriveSettings:
         own = self.odometry_topic
         return "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
 
+    def standard(self) -> DriveSettings:
+        """Return it with the standard topics and the transform `odom` to the robot's root."""
+        return replace(
+            self,
+            command_topic="cmd_vel",
+            stamped=False,
+            odometry_topic="odom",
+            odometry_frame="odom",
+            publishes=tuple(dict.fromkeys((*self.publishes, "odom", "odom_tf"))),
+        )
+
 
 @dataclass(frozen=True, kw_only=True)
 class SensorSettings:
@@ -220,6 +231,19 @@ class GazeboSettings:
     def further(self) -> tuple[SensorSettings, ...]:
         """The sensors that are not the first of a primary kind, in the file's order."""
         return tuple(sensor for sensor in self.sensors if not sensor.is_first)
+
+    def standard(self) -> GazeboSettings:
+        """Return them with the first sensors on the standard topics, which no other one has."""
+        taken = {sensor.TOPIC for sensor in self.sensors if sensor.is_first}
+        sensors = (
+            sensor.standard()
+            if sensor.is_first
+            else replace(sensor, topic=f"{sensor.name}/{sensor.topic.lstrip('/')}")
+            if sensor.topic.lstrip("/") in taken
+            else sensor
+            for sensor in self.sensors
+        )
+        return replace(self, sensors=tuple(sensors))
 
 
 Reader = Callable[[Any], Sequence[SensorSettings]]

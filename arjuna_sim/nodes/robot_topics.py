@@ -21,7 +21,6 @@ from arjuna_core.ros.tf import transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
-from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.driven_robot import Observation
@@ -34,7 +33,6 @@ from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 TOPIC = "ground_truth/contacts"
-_TOPICS = (LidarSettings.TOPIC, CameraSettings.TOPIC, ImuSettings.TOPIC)
 
 
 class ContactTopic:
@@ -75,31 +73,6 @@ def contacts_msg(log: ContactLog, robot: str, now: float) -> DiagnosticArray:
     return DiagnosticArray(header=header(WORLD, now), status=[status])
 
 
-def standard(settings: GazeboSettings) -> GazeboSettings:
-    """Return sensors that publish on the standard topics, whatever the robot's file says."""
-    sensors = tuple(
-        sensor.standard()
-        if sensor.is_first
-        else dataclasses.replace(sensor, topic=f"{sensor.name}/{sensor.topic.lstrip('/')}")
-        if sensor.topic.lstrip("/") in _TOPICS
-        else sensor
-        for sensor in settings.sensors
-    )
-    return dataclasses.replace(settings, sensors=sensors)
-
-
-def standard_drive(drive: DriveSettings) -> DriveSettings:
-    """Return a drive with the standard topics and the transform `odom` to the robot's root."""
-    return dataclasses.replace(
-        drive,
-        command_topic="cmd_vel",
-        stamped=False,
-        odometry_topic="odom",
-        odometry_frame="odom",
-        publishes=tuple(dict.fromkeys((*drive.publishes, "odom", "odom_tf"))),
-    )
-
-
 def wheels_alone(drive: DriveSettings) -> DriveSettings:
     """Return a drive that leaves odometry and its transform to the filter of wheels and gyro."""
     publishes = tuple(name for name in drive.publishes if name != "odom_tf")
@@ -126,10 +99,9 @@ class RobotTopics:
     """
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
-        plain = config.standard_topics
-        settings = standard(robot.settings) if plain else robot.settings
+        robot = robot.standard() if config.standard_topics else robot
+        settings, self.drive = robot.settings, robot.drive
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
-        self.drive = standard_drive(robot.drive) if plain else robot.drive
         # A file that asks for the world's odometry gets it, unless it leaves the frame to a filter.
         is_wheels = not (self.drive.from_world and "odom_tf" in self.drive.publishes)
         self._lidar = self.settings.first(LidarSettings)

@@ -144,7 +144,7 @@ def _of_robot(
             robot = _robot_of_simulator(namespace)
             simulated = bool(robot)
     if simulated or "robot" in robot:
-        named = parameters if simulated else merged(parameters, options)
+        named = merged(parameters, options)
         parameters = merged(parameters, of_robot(named, robot, groups, simulated))
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
     remarks = list(contradictions(parameters, robot)) if known else []

@@ -211,8 +211,8 @@ _OPTIONS: dict[str, dict[str, Any]] = {
         "a node that only its section of a file starts, where another runs it", metavar="NODE"
     ),
     "--seed": _value(seed, "N", "seed of every random choice, 0 or more (0)"),
-    "--scan-topic": _value(str, "TOPIC", "of the lidar (scan)"),
-    "--cloud-topic": _value(str, "TOPIC", "of the depth camera's points (depth/points)"),
+    "--scan-topic": _value(str, "TOPIC", "of the lidar (scan), or of several"),
+    "--cloud-topic": _value(str, "TOPIC", "of points (depth/points), or of several"),
     "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--remap": _paths(

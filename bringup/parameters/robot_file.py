@@ -47,8 +47,6 @@ _BY_GYRO = {
 odometry of any kind, wheels that skid among them."""
 _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
-_NEVER_STANDARD = ("base_frame", "cloud_topic")
-"""Names that a robot's file gives even where its topics are the standard ones."""
 _STANDARD = {
     "scan_topic": "scan",
     "cloud_topic": "depth/points",
@@ -82,9 +80,11 @@ def of_robot(
         ArjunaError: The robot's file cannot be used.
     """
     own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups, simulated)
-    given = parameters.get(LOCAL_COSTMAP.name, {}).get("body")
-    if not given and any(LOCAL_COSTMAP in group.nodes for group in groups):
-        for _, body, _ in _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False):
+    values = parameters.get(LOCAL_COSTMAP.name, {})
+    if not values.get("body") and any(LOCAL_COSTMAP in group.nodes for group in groups):
+        left_out = _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False)
+        outline = own.get(LOCAL_COSTMAP.name, {}).get("footprint")
+        if body := outline or next((body for _, body, _ in left_out), ""):
             own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own
 
@@ -116,10 +116,8 @@ def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    from arjuna_sim.inputs import named_robot
-
-    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
-    if _is_fused(robot, sim) or sim.get("standard_topics") or "odom_tf" in robot.drive.publishes:
+    robot = _named(sim)
+    if _is_fused(robot, sim) or "odom_tf" in robot.drive.publishes:
         return
     frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
     reason = (
@@ -139,11 +137,10 @@ def other_names(
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    from arjuna_sim.inputs import frames_and_topics, named_robot, names_of
+    from arjuna_sim.inputs import frames_and_topics, names_of
 
-    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
-    its, usual = names_of(robot, _is_fused(robot, sim)), bool(sim.get("standard_topics"))
-    given = frames_and_topics(robot)
+    robot = _named(sim)
+    its, given = names_of(robot, _is_fused(robot, sim)), frames_and_topics(robot)
     if fusion_nodes(parameters):
         del given["odom_topic"], given["odom_frame"]
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
@@ -153,14 +150,14 @@ def other_names(
             continue  # it does not listen
         keys = keys_by_name(spec, values)
         for what, its_own in given.items():
-            valid = its_own | ({_STANDARD[what]} if usual else set()) | _MAPS.get(what, set())
+            valid = its_own | _MAPS.get(what, set())
             for key in keys[what] if its_own else ():
                 name = str(values.get(key) or "").removeprefix(f"/{namespace}/").strip("/")
                 if name and name not in valid:
                     found.setdefault((what, name), {}).setdefault(key, []).append(spec.name)
     for (what, name), nodes in found.items():
         (where, *others) = (f"{node}: {key}" for key, of in nodes.items() for node in of)
-        own = _STANDARD[what] if usual else its.get(what, _STANDARD[what]).partition(" ")[0]
+        own = its.get(what, _STANDARD[what]).partition(" ")[0]
         advice = " ".join(
             f"--param '{of[0] + ':' if len(of) == 1 else ''}{key}:={own}'"
             for key, of in nodes.items()
@@ -168,6 +165,14 @@ def other_names(
         too = f" (also {', '.join(others)})" if others else ""
         reason = f"'{name}', but the robot's own is '{own}'{too}: if no node of yours gives it,"
         yield Remark(Kind.UNLIKE, where, f"{reason} {advice}")
+
+
+def _named(sim: Mapping[str, Any]) -> Any:
+    """Return a robot with the topics that the simulator gives it."""
+    from arjuna_sim.inputs import named_robot
+
+    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    return robot.standard() if sim.get("standard_topics") else robot
 
 
 def _is_fused(robot: Any, sim: Mapping[str, Any]) -> bool:
@@ -184,16 +189,19 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
 ) -> Parameters:
-    from arjuna_sim.inputs import footprint_of, named_robot, steering_of
+    from arjuna_sim.inputs import footprint_of, names_of, steering_of
 
-    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
-    shipped = shipped_parameters()
-    found = _as_simulated(robot, parameters, sim, groups) if simulated else Parameters()
+    robot, shipped = _named(sim), shipped_parameters()
 
     def is_set(node: str, key: str) -> bool:
         """Return whether a file gives a value that is not the shipped one."""
         return bool(parameters.get(node, {}).get(key) != shipped.get(node, {}).get(key))
 
+    found = Parameters()
+    if simulated:
+        is_fused = _is_fused(robot, sim)
+        named = of_names(names_of(robot, is_fused), groups, parameters, is_set)
+        found = merged(named, _heights(robot, parameters), _BY_GYRO if is_fused else {})
     own = {
         node: {key: value for key, value in values.items() if not is_set(node, key)}
         for node, values in found.items()
@@ -235,20 +243,6 @@ def _in_bends(parameters: Parameters, radius: float) -> Parameters:
     return found
 
 
-def _as_simulated(
-    robot: Any, parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group]
-) -> Parameters:
-    """Return what holds of a robot whose topics, clouds and odometry the simulator makes."""
-    from arjuna_sim.inputs import names_of
-
-    is_fused = _is_fused(robot, sim)
-    names = names_of(robot, is_fused)
-    if sim.get("standard_topics"):
-        names = {key: name for key, name in names.items() if key in _NEVER_STANDARD}
-    named = of_names(names, groups, parameters)
-    return merged(named, _heights(robot, parameters), _BY_GYRO if is_fused else {})
-
-
 def _heights(robot: Any, parameters: Parameters) -> Parameters:
     """Return between which heights clouds mark in the costmaps: from the ground to the robot's top.
 
@@ -286,9 +280,9 @@ def _left_out(
 ) -> Iterator[tuple[str, str, str]]:
     """Give each parameter that leaves out some of the robot's body, the body, and the reason."""
     from arjuna_nav.costmap.footprint import Footprint
-    from arjuna_sim.inputs import footprint_of, named_robot
+    from arjuna_sim.inputs import footprint_of
 
-    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
+    robot = _named(sim)
     for spec in costmaps:
         config: Any = load(spec.config, for_node(parameters, spec.name), spec.name)
         text = footprint_of(robot, config.robot_base_frame)
@@ -309,9 +303,9 @@ def _left_out(
 
 def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Give each controller's parameter that drives sideways, where the robot cannot."""
-    from arjuna_sim.inputs import moves_sideways, named_robot
+    from arjuna_sim.inputs import moves_sideways
 
-    if moves_sideways(named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))):
+    if moves_sideways(_named(sim)):
         return
     server = parameters.get(CONTROLLER_SERVER.name, {})
     for name in server.get("controller_plugins", ()):
@@ -329,9 +323,9 @@ def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[
 
 def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Give each parameter that contradicts the robot's steering, and the reason."""
-    from arjuna_sim.inputs import named_robot, steering_of
+    from arjuna_sim.inputs import steering_of
 
-    robot = named_robot(sim["robot"], sim.get("robot_arguments", ""))
+    robot = _named(sim)
     frame = _base_frame(parameters)
     steering = steering_of(robot, frame)
     for node in _STEERED:

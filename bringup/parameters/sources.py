@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +19,7 @@ from bringup.stack import ORIGINALS, Group, NodeSpec
 
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
 ROBOT_NAMES: dict[str, dict[str, str]] = {
-    "scan_topic": dict.fromkeys(("slam_toolbox", "amcl", "collision_monitor"), "scan_topic"),
+    "scan_topic": dict.fromkeys(("slam_toolbox", "amcl"), "scan_topic"),
     "cloud_topic": {},
     "odom_topic": dict.fromkeys(
         ("ekf_filter_node", "controller_server", "velocity_smoother", "bt_navigator"), "odom_topic"
@@ -46,8 +46,11 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
 """The parameter of each node that a name of the robot's sets; an option of that name sets all.
 
 Plug-ins' own say so where they are declared (`of_robot`)."""
-_SEEN = {"LaserScan": "scan_topic", "PointCloud2": "cloud_topic"}
-"""The robot's name that a costmap's source of a type has."""
+_SEEN = {
+    **dict.fromkeys(("LaserScan", "scan"), "scan_topic"),
+    **dict.fromkeys(("PointCloud2", "pointcloud"), "cloud_topic"),
+}
+"""The robot's name that a source of a type has, a costmap's or the collision monitor's."""
 OUTLINE = ("footprint", "robot_radius")
 """The parameters of a costmap that are the robot's outline."""
 _ROBOT_NODES = ("sim", "robot_state_publisher")
@@ -175,14 +178,20 @@ def _starts(options: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def of_names(
-    names: Mapping[str, Any], groups: Iterable[Group], parameters: Parameters
+    names: Mapping[str, Any],
+    groups: Iterable[Group],
+    parameters: Parameters,
+    is_set: Callable[[str, str], bool] = lambda node, key: False,
 ) -> Parameters:
     """Return the parameters that a robot's names stand for.
 
     Args:
-        names: By a key of `ROBOT_NAMES`; None, or no name at all, for that of the other sources.
+        names: By a key of `ROBOT_NAMES`; None, or no name at all, for that of the other sources. Of
+            several topics of scans or clouds, the first is heard by who takes one.
         groups: The groups that run; nodes of others are left alone.
         parameters: Of all nodes; which layers a costmap has, and which sources they have.
+        is_set: Whether a node's parameter is not to change; of such a list, or a source's such
+            topic, no others are made.
     """
     found: Parameters = {}
     given = {what: names[what] for what in ROBOT_NAMES if names.get(what) is not None}
@@ -191,24 +200,29 @@ def of_names(
         keys, values = keys_by_name(spec, own), dict[str, Any]()
         for what, value in given.items():
             for key in keys[what]:
-                values |= _sources(own, key, value) if what == "cloud_topic" else {key: value}
+                is_seen = what in _SEEN.values()
+                made = _sources(own, key, value.split() or [""]) if is_seen else {key: value}
+                kept = any(is_set(spec.name, each) for each in made)
+                values |= {key: made[key]} if kept else made
         if values:
             found[spec.name] = values
     return found
 
 
-def _sources(values: Mapping[str, Any], key: str, topics: str) -> dict[str, Any]:
-    """Return the parameters of a costmap's source, and of others like it for further topics."""
-    first, *others = topics.split() or [""]
-    source, found = key.removesuffix(".topic"), {key: first}
-    listed = f"{source.rpartition('.')[0]}.observation_sources"
-    names = [str(values[listed])]
-    for number, topic in enumerate(others, start=2):
+def _sources(values: Mapping[str, Any], key: str, topics: Sequence[str]) -> dict[str, Any]:
+    """Return a parameter that names a scan or a cloud; of a source, others like it and the list."""
+    source, found = key.removesuffix(".topic"), {key: topics[0]}
+    prefix = source[: source.rfind(".") + 1]
+    names = values.get(listed := f"{prefix}observation_sources")
+    if not names or source == key:
+        return found
+    for number, topic in enumerate(topics[1:], start=2):
         name = f"{source}_{number}"
         own = {k.removeprefix(source): v for k, v in values.items() if k.startswith(f"{source}.")}
         found |= {f"{name}{k}": v for k, v in {**own, ".topic": topic}.items()}
-        names.append(name.rpartition(".")[2])
-    return {**found, listed: " ".join(names)} if others else found
+        name = name.removeprefix(prefix)
+        names = f"{names} {name}" if isinstance(names, str) else [*names, name]
+    return {**found, listed: names} if topics[1:] else found
 
 
 def known_keys(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, ParamInfo]:
@@ -227,7 +241,9 @@ def keys_by_name(spec: NodeSpec, values: Mapping[str, Any]) -> dict[str, list[st
     for key, info in known_keys(spec, values).items():
         what = info.of_robot
         if what == "scan_topic":
-            what = _SEEN.get(values.get(f"{key.rpartition('.')[0]}.data_type", "LaserScan"), "")
+            source = key.rpartition(".")[0]
+            kinds = (values.get(f"{source}.{of}", "scan") for of in ("data_type", "type"))
+            what = next((_SEEN.get(kind, "") for kind in kinds if kind != "scan"), what)
             if what in taken:
                 continue
             taken.add(what)

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.maps import load_map
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.grid import OccupancyGrid
@@ -56,6 +57,9 @@ def _field(arguments: argparse.Namespace, folder: Path, rng: np.random.Generator
 def _of_file(arguments: argparse.Namespace, folder: Path, rng: np.random.Generator) -> Scene:
     world = arguments.world or shipped_file("worlds/arjuna_room.world")
     own = arguments.map or shipped_file(f"maps/{world.stem}.yaml")
+    if not (arguments.map or own.exists()):
+        made = f"python -m bringup demo --world {world}"
+        raise ArjunaError(f"{world}: no map of it is here; --map FILE, as '{made}' makes it")
     return Scene(world, own, load_map(arguments.truth or own))
 
 

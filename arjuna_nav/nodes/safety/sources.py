@@ -32,7 +32,7 @@ from arjuna_nav.safety.sight import Sight, along_edges, on_arc
 class SourceConfig:
     """One source, by Nav2's names."""
 
-    topic: str = fixed("scan", "Its topic; empty: the robot's scan.")
+    topic: str = fixed("scan", "Its topic; empty: the robot's scan.", of_robot="scan_topic")
     enabled: bool = param(True, "Whether it counts.")
     source_timeout: float = param(
         -1.0, "How old a message may be; 0: any age; below 0: the node's.", unit="s", minimum=-1.0

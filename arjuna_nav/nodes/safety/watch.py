@@ -55,7 +55,6 @@ class WatchConfig(MonitorConfig):
         "which then is never less than 2.5 of a source's periods; Nav2 stops at once.",
         theirs=False,
     )
-    scan_topic: str = fixed("", "Topic of sources that name none; empty: the local costmap's scan.")
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -82,7 +81,7 @@ class Watch:
         self.sources: dict[str, Source] = {}
         for name in config.observation_sources:
             own = getattr(config, name)
-            topic = own.topic or config.scan_topic or (near.scan_topic if near else "scan")
+            topic = own.topic or (near.scan_topic if near else "scan")
             timeout, brakes = config.source_timeout, config.brake_before_source_timeout
             if topic:
                 self.sources[name] = SOURCES.make(own, frames, topic, timeout, brakes)
@@ -142,7 +141,7 @@ class Watch:
         """Return the reason of `silent`, with what can be done."""
         for name, source in self.sources.items():
             if problem := source.problem():
-                advice = f"set {name}.topic" if source.config.topic else "set scan_topic"
+                advice = f"set {name}.topic"
                 of = Silence(
                     source.message_type, source.config.type, qos.SENSOR_SUBSCRIPTION, advice
                 )

@@ -171,6 +171,14 @@ def surroundings(sensors: Sequence[SensorSettings], urdf: Urdf) -> LidarSettings
     return next((lidar for lidar in found if lidar is not None), None)
 
 
+def level_lidars(sensors: Sequence[SensorSettings], urdf: Urdf) -> list[LidarSettings]:
+    """Return a robot's planar lidars that look level, and before them the one that serves it."""
+    planar = [s for s in sensors if type(s) is LidarSettings]
+    return [s for s in planar if s.serves] + [
+        s for s in planar if not s.serves and _tilt(urdf, s) < _LEVEL
+    ]
+
+
 def _tilt(urdf: Urdf, sensor: SensorSettings) -> float:
     """Return the angle between a sensor's own plane and the robot's [rad]."""
     upward = (urdf.T_root(sensor.link) @ sensor.pose).rotation()[2, 2]

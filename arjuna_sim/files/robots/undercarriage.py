@@ -149,7 +149,14 @@ def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:
 
 
 def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
-    """Return a robot on four mecanum wheels below its own, and its drive; None without shapes."""
+    """Return a robot on four mecanum wheels below its own, and its drive; None without shapes.
+
+    Raises:
+        RobotError: A mesh is not there: where its body is, under which they stand, is not known.
+    """
+    if xml.missing:
+        problem = "is moved in the plane, on wheels that would stand below a body that is not there"
+        raise xml.fail("drive", f"{problem}: mesh {xml.missing[0]}")
     points = np.vstack([np.zeros((0, 3)), *(_points(urdf, link) for link in urdf.links)])
     if not len(points):
         return urdf, None

@@ -133,8 +133,8 @@ class _Body:
 
     def fills(self, off: float) -> bool:
         """Return whether it is closed, and fills its hull but for hollows not deeper than this."""
-        if not self._is_closed:
-            return False
+        if not self._is_closed or not len(self._hollows):
+            return self._is_closed
         planes = ConvexHull(self.hull).equations
         points = self._hollows[:: 1 + len(self._hollows) * len(planes) // _TESTS]
         for some in np.array_split(points, 1 + len(points) * len(planes) // 1_000_000):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from argparse import Namespace
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -17,6 +18,7 @@ from bringup.parameters.files import for_node
 from bringup.parameters.inputs import gather, groups_of
 from bringup.parameters.sources import COSTMAPS, ROBOT_NAMES
 from bringup.stack import (
+    COLLISION_MONITOR,
     DEMO_GROUPS,
     NAVIGATION_GROUP,
     REAL_STACKS,
@@ -141,8 +143,8 @@ _DEPTH = """<gazebo reference="camera_link"><sensor name="{0}" type="depth">
     ("cameras", "sources", "lowest"),
     [
         ((), {"cloud": "/points"}, 0.03),
-        (("eye",), {"cloud": "eye/points"}, 0.025),
-        (("l", "r"), {"cloud": "l/points", "cloud_2": "r/points"}, 0.025),
+        (("eye",), {"cloud": "eye/points", "cloud_2": "/points"}, 0.03),
+        (("l", "r"), {"cloud": "l/points", "cloud_2": "r/points", "cloud_3": "/points"}, 0.03),
     ],
 )
 @pytest.mark.parametrize("ground", [0.0, -0.1])
@@ -164,6 +166,56 @@ def test_costmaps_take_what_a_robots_own_cameras_see_above_its_ground(
         assert {(one.data_type, one.clearing) for one in seen.values()} == {("PointCloud2", True)}
         heights = layer.min_obstacle_height, layer.max_obstacle_height, layer.origin_z
         assert heights == pytest.approx((ground + lowest, ground + 0.4, ground))
+
+
+_LIDAR = """<link name="{0}"/><joint name="{0}_joint" type="fixed"><parent link="base_link"/>
+<child link="{0}"/><origin xyz="0 0 0.2" rpy="0 {1} 0"/></joint><gazebo reference="{0}">
+<sensor name="{0}" type="gpu_lidar"><topic>{0}</topic><lidar><scan><horizontal>
+<samples>360</samples><min_angle>-3</min_angle><max_angle>3</max_angle></horizontal></scan>
+<range><min>0.1</min><max>8</max></range></lidar></sensor></gazebo></robot>"""
+
+
+def lidars_of(found: Any) -> list[dict[str, str]]:
+    """Return the sources of both costmaps' scans and of the collision monitor, and their topics."""
+    layers = [load(CostmapConfig, found[each]).obstacle_layer for each in COSTMAPS]  # type: ignore[attr-defined]
+    monitor = load(COLLISION_MONITOR.config, found[COLLISION_MONITOR.name])
+    of = {name: getattr(monitor, name) for name in monitor.observation_sources}
+    return [
+        {name: one.topic for name, one in each.items()} for each in (*map(sources_of, layers), of)
+    ]
+
+
+@pytest.mark.parametrize("given", [[], ["--param", "sim:standard_topics:=true"]])
+def test_costmaps_and_the_monitor_take_all_lidars_that_look_level(
+    tmp_path: Path, given: list[str]
+) -> None:
+    text, file = Path("urdf/arjuna.urdf").read_text(encoding="utf-8"), tmp_path / "other.urdf"
+    text = text.replace("<topicName>scan<", "<topicName>/front/scan<")
+    for name, pitch in {"down": 0.8, "rear": 0.0, "left": 0.1}.items():
+        text = text.replace("</robot>", _LIDAR.format(name, pitch))
+    file.write_text(text, encoding="utf-8")
+    words = ["nav", "--map", "maps/office.yaml", "--robot", str(file), *given]
+    first = "scan" if given else "/front/scan"
+    found = gather(parse(words))
+    assert lidars_of(found) == [{"scan": first, "scan_2": "rear", "scan_3": "left"}] * 3
+    assert found["amcl"].get("scan_topic", "scan") == first
+    assert found[COSTMAPS[0]]["obstacle_layer.scan_3.expected_update_rate"] == 0.5
+    assert lidars_of(gather(parse([*words, "--scan-topic", "left"]))) == [{"scan": "left"}] * 3
+    two = lidars_of(gather(parse([*words, "--scan-topic", "left rear"])))
+    assert two == [{"scan": "left", "scan_2": "rear"}] * 3
+
+
+@pytest.mark.parametrize("key", ["observation_sources", "scan.topic"])
+def test_sources_that_a_file_names_stay(tmp_path: Path, key: str) -> None:
+    text, file = Path("urdf/arjuna.urdf").read_text(encoding="utf-8"), tmp_path / "other.urdf"
+    text = text.replace("<topicName>scan<", "<topicName>/front/scan<")
+    file.write_text(text.replace("</robot>", _LIDAR.format("rear", 0.0)), encoding="utf-8")
+    given = {"observation_sources": "other", "scan.topic": "/mine"}[key]
+    words = [f"--param={node}:obstacle_layer.{key}:={given}" for node in COSTMAPS]
+    words += [f"--param=collision_monitor:{key}:={'[other]' if given == 'other' else given}"]
+    found = gather(parse(["demo", "--robot", str(file), *words]))
+    own = {"scan": "/mine"} if given == "/mine" else {"other": "/front/scan"}
+    assert lidars_of(found) == [own] * 3
 
 
 def test_headings_of_wheels_alone_are_believed_less_than_a_gyros(tmp_path: Path) -> None:

@@ -75,6 +75,15 @@ def test_a_radius_fits_its_own_robot(tmp_path: Path, capsys: pytest.CaptureFixtu
     assert "[-0.102, 0.07]" in values["body"], "the radius holds it with its padding"
 
 
+def test_another_robot_has_its_own_outline_as_its_body_too() -> None:
+    """Beside a wall it stood for good: the cells below its padding were free, and so the wall."""
+    words = ["demo", "--robot", "urdf/burger.urdf"]
+    values = gather(parse(words))[LOCAL_COSTMAP.name]
+    assert values["body"] == values["footprint"] != "[]"
+    wide = "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
+    assert body_of([*words, "--param", f"footprint:={wide}"]) == ""
+
+
 def test_polygons_and_parts_beyond_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     square = "[[0.18, 0.2], [0.18, -0.2], [-0.18, -0.2], [-0.18, 0.2]]"
     body_of(["demo", "--params", of_radius(tmp_path, f"footprint: '{square}'", ("global",))])

@@ -136,3 +136,11 @@ def test_a_field_is_crossed_without_a_map(tmp_path: Path) -> None:
     code, result = drive(tmp_path, "--scene", "field", "--seed", "3")
     assert (code, result["count"], result["touches"]) == (0, 1, 0)
     assert result["path_ratio"] < 1.2
+
+
+def test_a_world_without_a_map_asks_for_one(tmp_path: Path) -> None:
+    arguments = parse(["goals", "--world", str(tmp_path / "hall.sdf")])
+    with pytest.raises(
+        ArjunaError, match=r"hall\.sdf: no map of it is here; --map FILE, as .*demo"
+    ):
+        SCENES[None](arguments, tmp_path, np.random.default_rng(0))

@@ -109,3 +109,14 @@ def test_a_robot_before_a_wall_backs_off_before_its_corners_turn_into_it() -> No
 
 def test_a_turn_that_goes_round_and_round_is_looked_at_once() -> None:
     assert turn_touches(SE2(), 1e9, beside(0.005), LONG)
+
+
+@pytest.mark.parametrize("slip", np.linspace(0.0, 0.05, 6))
+def test_a_corner_slips_through_no_wall_between_its_points(slip: float) -> None:
+    """They are one a cell: a corner 8 mm deep in the wall met none of them."""
+    body = Footprint.polygon(np.array([[0.2, 0.15], [-0.2, 0.15], [-0.2, -0.15], [0.2, -0.15]]))
+    poses = np.array([[slip, 0.0, 0.0], [slip, 0.0, 0.2]])
+    corner = float(SE2.from_array(poses[-1]).apply(body.points)[:, 1].max())
+    for depth, is_free in ((0.008, False), (-0.002, True)):
+        costmap = beside(corner - depth - 0.19)
+        assert leaves(poses, costmap, body, 0.0) is is_free

@@ -21,6 +21,7 @@ WHEEL = """<link name='{0}'><collision><geometry><cylinder radius='0.07' length=
 <child link='{0}'/><origin xyz='0 {1} 0' rpy='-1.57 0 0'/><axis xyz='0 0 1'/></joint>"""
 DRIVE = """<gazebo><plugin name='d' filename='libgazebo_ros_diff_drive.so'>
 <left_joint>l_joint</left_joint><right_joint>r_joint</right_joint></plugin></gazebo>"""
+PLANAR = "<gazebo><plugin name='d' filename='libgazebo_ros_planar_move.so'/></gazebo>"
 PARTS = BASE + WHEEL.format("l", 0.2) + WHEEL.format("r", -0.2) + DRIVE
 STEER = """<link name='s'/><joint name='steer' type='revolute'><parent link='base'/>
 <child link='s'/><axis xyz='0 0 1'/>{}</joint>"""
@@ -63,6 +64,10 @@ REFUSED: dict[str, tuple[str, str]] = {
     "beside.xacro": (
         macros("<xacro:include filename='w.xacro'/><link name='a'/>" + FIXED.format("a", "b")),
         r"include: '.*w\.xacro' does not exist.*so joint 'j': child link 'b' does not exist",
+    ),
+    "bodiless.urdf": (
+        robot(BASE + PLANAR, "<box size='0.4 0.3 0.1'/>", "<mesh filename='package://p/b.stl'/>"),
+        r"wheels that would stand below a body that is not there: mesh 'package://p/b.stl'; --pack",
     ),
     "macros_only.xacro": (
         macros("<xacro:macro name='a200' params='p'><link name='${p}'/></xacro:macro>"),

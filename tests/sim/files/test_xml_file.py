@@ -124,3 +124,10 @@ def test_elements_are_nested_so_deep_and_no_deeper() -> None:
 def test_attributes_hold_signs_that_xml_would_have_escaped() -> None:
     part = parse_xml("f", b"<a><b c = 'x < 1 && &y;' d=\"&lt;&#38;it's\"/>1 = 'p'</a>")[0]
     assert part.attrib == {"c": "x < 1 && &y;", "d": "<&it's"}
+
+
+@pytest.mark.parametrize(
+    "start", [b"<?xml version='1.0'>", b"\n<?xml version='1.0' encoding='utf-8' >"]
+)
+def test_a_declaration_may_end_like_a_tag(start: bytes) -> None:
+    assert parse_xml("f", start + b"\n<a b='?'><!-- <?xml> --></a>").attrib == {"b": "?"}
