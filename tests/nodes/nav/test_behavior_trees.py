@@ -268,7 +268,7 @@ def test_a_tree_pauses_by_its_services(robot: PlayedRobot, tmp_path: Path) -> No
     services = 'pause_service_name="pause" resume_service_name="resume"'
     drives = f'<Sequence>{PLAN}<FollowPath path="{{path}}"/></Sequence>'
     inside = f"<PauseResumeController {services}>{drives}</PauseResumeController>"
-    goal = go(robot, SE2(1.5, 0.0), tree(tmp_path, inside))
+    goal = go(robot, SE2(1.5, 0.0), written_tree(tmp_path, inside))
     drive(robot)
     assert robot.bench.call(Trigger, "pause", Trigger.Request()).success
     robot.run(1.5)
