@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import argparse
+import os
 import threading
 from collections.abc import Iterator
 from typing import Any
@@ -26,8 +27,9 @@ pytestmark = pytest.mark.ros
 
 
 @pytest.fixture
-def graph() -> Iterator[DirectNode]:
-    """A node that sees another one, which runs."""
+def graph(monkeypatch: pytest.MonkeyPatch) -> Iterator[DirectNode]:
+    """A node that sees another one, which runs, in a domain where no test beside has a twin."""
+    monkeypatch.setenv("ROS_DOMAIN_ID", str(10 + os.getpid() % 60))
     rclpy.init()
     other = Node("other", namespace="/ns")
     other.declare_parameter("speed", 0.5)
