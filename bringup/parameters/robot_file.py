@@ -218,27 +218,26 @@ def _of_another_robot(
     for node in _STEERED:
         if not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
-    return merged(own, _in_bends(parameters, radius))
+    return merged(own, _in_bends(parameters, shipped, radius))
 
 
-def _in_bends(parameters: Parameters, radius: float) -> Parameters:
+def _in_bends(parameters: Parameters, shipped: Parameters, radius: float) -> Parameters:
     """Return what has a steered robot plan and drive in bends, where no file gives another planner.
 
     The shipped controller does so whose file does not say whether it turns on the spot.
     """
-    found, shipped = Parameters(), shipped_parameters()
-    planner, controller = (
-        [
-            {key: value for key, value in of.get(node, {}).items() if key.startswith(prefix)}
-            for of in (parameters, shipped)
-        ]
-        for node, prefix in (("planner_server", "GridBased."), ("controller_server", "FollowPath."))
-    )
-    if planner[0] == planner[1]:
+
+    def planner(of: Parameters) -> dict[str, Any]:
+        values = of.get("planner_server", {})
+        return {key: value for key, value in values.items() if key.startswith("GridBased.")}
+
+    found, controls = Parameters(), parameters.get("controller_server", {})
+    if planner(parameters) == planner(shipped):
         bend = {"GridBased.minimum_turning_radius": radius}
         found["planner_server"] = {**_BENDING_PLANNER, **bend}
-    is_shipped = controller[0].get("FollowPath.plugin") == controller[1]["FollowPath.plugin"]
-    if is_shipped and not controller[0].keys() & _BENDING_CONTROLLER.keys():
+    key = "FollowPath.plugin"
+    is_shipped = controls.get(key) == shipped["controller_server"][key]
+    if is_shipped and not controls.keys() & _BENDING_CONTROLLER.keys():
         found["controller_server"] = dict(_BENDING_CONTROLLER)
     return found
 
