@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from scipy.spatial import KDTree
 
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
@@ -50,11 +51,12 @@ def _with_middles(points: Floats, cell: float) -> Floats:
 
     Without them the corner of a body slips through a wall between two points.
     """
-    one, other = np.triu_indices(len(points), 1)
-    gaps = points[other] - points[one]
-    near = np.hypot(*gaps.T) < 2.0 * cell
+    if len(points) == 0:
+        return points
+    near = KDTree(points).query_pairs(float(np.nextafter(2.0 * cell, 0.0)), output_type="ndarray")
+    first, gaps = points[near[:, 0]], points[near[:, 1]] - points[near[:, 0]]
     parts = np.array([0.25, 0.5, 0.75])[:, None, None]
-    return np.vstack([points, *(points[one][near] + parts * gaps[near])])
+    return np.vstack([points, *(first + parts * gaps)])
 
 
 def line_off(
