@@ -11,7 +11,7 @@ from scipy.spatial import ConvexHull, QhullError
 from arjuna_core.arrays import Floats, Ints
 from arjuna_core.files.array_cache import cached, made_by
 from arjuna_sim.model.geometry import thickness
-from arjuna_sim.model.geometry.thickness import depths, edges, groups, joined, outward
+from arjuna_sim.model.geometry.thickness import depths, edges, joined, outward
 
 PIECES_MAX = 5000
 """Greatest number of pieces of a fast mesh: beyond, a scene takes seconds to compile."""
@@ -49,27 +49,48 @@ def hull(points: Floats) -> Floats:
     Returns:
         `(M, 3) float64` [m], M at least 4.
     """
-    points = np.unique(points, axis=0)
-    middle = points.mean(axis=0)
+    return hulls(points, np.array([len(points)]))[0]
+
+
+def hulls(points: Floats, counts: Ints) -> list[Floats]:
+    """Return the corners of the convex hulls of groups of points, each as `hull` makes it.
+
+    Args:
+        points: Of one group after the other, `(N, 3) float64` [m].
+        counts: How many each group has, `(G,) int64`.
+    """
+    starts = np.cumsum(counts) - counts
+    middles = np.add.reduceat(points, starts) / counts[:, None]
     # The axes along which the points spread, the narrowest last (principal component analysis).
-    away = points - middle
-    axes = np.linalg.eigh(away.T @ away)[1].T[::-1]
-    local = away @ axes.T
-    span = local.max(axis=0) - local.min(axis=0)
-    try:
-        if len(points) >= 4 and span[2] >= _FLAT:
-            return np.asarray(points[ConvexHull(points).vertices], np.float64)
-        rim = local[ConvexHull(local[:, :2]).vertices] if span[1] >= _FLAT else None
-    except QhullError:
-        rim = None
-    if rim is None:
-        low, high = local.min(axis=0), local.max(axis=0)
-        plate = (low + high) / 2 + CUBE * np.maximum(high - low, _FLAT) / 2
-    else:
-        thick = np.array([0.0, 0.0, max(span[2], _FLAT) / 2])
-        plate = np.vstack((rim * (1, 1, 0) - thick, rim * (1, 1, 0) + thick))
-    result: Floats = plate @ axes + middle
-    return result
+    away = points - middles.repeat(counts, axis=0)
+    spread = np.add.reduceat(away[:, :, None] * away[:, None], starts)
+    axes = np.linalg.eigh(spread)[1].transpose(0, 2, 1)[:, ::-1]
+    local = (axes.repeat(counts, axis=0) @ away[:, :, None])[:, :, 0]
+    low, high = np.minimum.reduceat(local, starts), np.maximum.reduceat(local, starts)
+    found = []
+    for i, (start, count) in enumerate(zip(starts.tolist(), counts.tolist(), strict=True)):
+        some = slice(start, start + count)
+        span = high[i] - low[i]
+        try:
+            if count >= 4 and span[2] >= _FLAT:
+                found.append(points[some][_corners(points[some])])
+                continue
+            flat = local[some, :2]
+            rim = flat[_corners(flat)] if span[1] >= _FLAT else None
+        except QhullError:
+            rim = None
+        if rim is None:
+            plate = (low[i] + high[i]) / 2 + CUBE * np.maximum(span, _FLAT) / 2
+        else:
+            thick = np.full((len(rim), 1), max(span[2], _FLAT) / 2)
+            plate = np.vstack((np.hstack((rim, -thick)), np.hstack((rim, thick))))
+        found.append(plate @ axes[i] + middles[i])
+    return found
+
+
+def _corners(points: Floats) -> Ints:
+    """Return which points are corners of the hull of all; scipy takes as long as Qhull for it."""
+    return np.flatnonzero(np.bincount(ConvexHull(points).simplices.ravel()))
 
 
 def pieces(triangles: Floats, most: int = PIECES_MAX) -> Pieces:
@@ -223,9 +244,12 @@ def _of_cells(triangles: Floats, most: int) -> Pieces:
     while side < reach:
         parts = _cut(triangles, side)
         cells = np.floor(parts.mean(axis=1) / side).astype(np.int64)
-        _, cell = np.unique(cells, axis=0, return_inverse=True)
+        cells -= cells.min(axis=0)
+        keys = np.ravel_multi_index(tuple(cells.T), tuple(cells.max(axis=0) + 1))
+        _, cell = np.unique(keys, return_inverse=True)
         if int(cell.max()) < most:
-            return Pieces([_thick(parts[group]) for group in groups(cell)], float(side))
+            counts = np.bincount(cell)
+            return Pieces(_thick(parts[np.argsort(cell, kind="stable")], counts), float(side))
         # Larger cells make fewer pieces, until these are within their budget.
         side *= 1.25
     return Pieces([hull(triangles.reshape(-1, 3))], reach)
@@ -249,11 +273,20 @@ def _cut(triangles: Floats, side: float) -> Floats:
     return np.concatenate(done)
 
 
-def _thick(faces: Floats) -> Floats:
-    """Return the hull of faces; those that face one side reach as deep as a slab behind them."""
-    points = faces.reshape(-1, 3)
+def _thick(faces: Floats, counts: Ints) -> list[Floats]:
+    """Return the hulls of groups of faces; one that faces one side is as deep as a slab behind it.
+
+    Args:
+        faces: Of one group after the other, `(N, 3, 3)` [m].
+        counts: How many each group has, `(G,)`.
+    """
+    starts = np.cumsum(counts) - counts
     crossed = np.cross(faces[:, 1] - faces[:, 0], faces[:, 2] - faces[:, 0])
-    normal, doubled = crossed.sum(axis=0), float(np.linalg.norm(crossed, axis=1).sum())
-    if doubled > 0.0 and float(np.linalg.norm(normal)) > 0.97 * doubled:
-        points = np.vstack((points, points - _SHEET * normal / np.linalg.norm(normal)))
-    return hull(points)
+    normals = np.add.reduceat(crossed, starts)
+    doubled = np.add.reduceat(np.linalg.norm(crossed, axis=1), starts)
+    lengths = np.linalg.norm(normals, axis=1)
+    faces_one_side = (doubled > 0.0) & (lengths > 0.97 * doubled)
+    back = _SHEET * normals / np.where(faces_one_side, lengths, 1.0)[:, None]
+    back[~faces_one_side] = 0.0
+    behind = faces - back.repeat(counts, axis=0)[:, None]
+    return hulls(np.stack((faces, behind), axis=1).reshape(-1, 3), 6 * counts)
