@@ -25,7 +25,8 @@ def scan_of_points(
         empty: The distance where there is no point.
     """
     ranges = np.full(count, empty)
-    sector = ((np.arctan2(points[:, 1], points[:, 0]) - angle_min) / increment).astype(np.int64)
+    bearing = np.arctan2(points[:, 1], points[:, 0])
+    sector = np.floor((bearing - angle_min) / increment).astype(np.int64)
     within = (sector >= 0) & (sector < count)
     distance = np.hypot(points[:, 0], points[:, 1])
     np.minimum.at(ranges, sector[within], distance[within])
