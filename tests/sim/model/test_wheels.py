@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -14,7 +15,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model import wheels
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.urdf import Joint, Link, Urdf
+from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim.wheeled import ALONG_Y, NAMES, TYRE, weight, wheeled
 
 
@@ -142,3 +143,15 @@ def test_four_equal_wheels_turn_as_the_formula_says_and_two_as_they_stand() -> N
     assert wheels.effective_track(wheeled([(1, 0, 0), (-1, 0, 0)]), ("a",), ("b",)) == 0.0
     wide = wheeled([(0.0, 0.5, 0.0), (0.0, -0.5, 0.0)])
     assert wheels.effective_track(wide, ("a",), ("b",)) == pytest.approx(1.0)
+
+
+def test_what_led_a_wheel_with_a_motor_follows_it() -> None:
+    urdf = wheeled([(0.0, 0.1, 0.0), (0.0, -0.1, 0.0)])
+    joints = dict(urdf.joints)
+    joints["a"] = replace(joints["a"], mimic=Mimic("b", 2.0, 0.5))
+    joints["b"] = replace(joints["b"], damping=3.0, friction=4.0)
+    freed = wheels.freed(replace(urdf, joints=joints), ("a",)).joints
+    assert (freed["a"].mimic, freed["b"].mimic) == (None, Mimic("a", 0.5, -0.25))
+    assert (freed["b"].damping, freed["b"].friction) == (0.0, 0.0)
+    both = wheels.freed(replace(urdf, joints=joints), ("a", "b")).joints
+    assert (both["a"].mimic, both["b"]) == (None, joints["b"])

@@ -133,6 +133,13 @@ def test_a_turn_speeds_up_and_comes_to_rest() -> None:
     assert [slow(SE2(4.9, 0.0, 0.9)).velocity.yaw_rate for _ in range(4)][-1] == pytest.approx(0.25)
 
 
+@pytest.mark.parametrize(("scaling", "most", "rate"), [(0.5, 2.0, 0.3), (1.0, 0.9, 0.27)])
+def test_a_turn_slows_down_by_the_angle_left(scaling: float, most: float, rate: float) -> None:
+    asked = Asked(rotation_scaling_factor=scaling, v_angular_max=most)
+    rates = [asked(SE2(5.0, 0.0, 0.7)).velocity.yaw_rate for _ in range(9)]
+    assert rates[-1] == pytest.approx(rate)
+
+
 @pytest.mark.parametrize(("gap", "arrived"), [(0.19, True), (0.21, False)])
 def test_at_the_goal_it_turns_alone_until_it_is_pushed_away(gap: float, arrived: bool) -> None:
     asked = Asked()

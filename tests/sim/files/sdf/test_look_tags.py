@@ -49,6 +49,10 @@ def test_sun_and_nothing_are_the_same() -> None:
          {"cutoff": 0.6, "falloff": 0.5}),
         ("<attenuation><constant>.5</constant><linear>.1</linear><quadratic>.02</quadratic>"
          "</attenuation>", "point", {"attenuation": (0.5, 0.1, 0.02)}),
+        ("<attenuation><constant>0</constant><linear>0</linear><quadratic>1</quadratic>"
+         "</attenuation>", "point", {"attenuation": (0, 0, 1)}),
+        ("<attenuation><constant>0</constant><linear>0</linear></attenuation>", "point",
+         {"attenuation": (1, 0, 0)}),
     ],
 )  # fmt: skip
 def test_lights_have_what_their_tags_say(tags: str, kind: str, values: dict[str, Any]) -> None:
