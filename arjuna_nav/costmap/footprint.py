@@ -12,6 +12,7 @@ from arjuna_core.arrays import Bools, Floats
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 
 _CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius
 _POINT = 1e-3  # a robot without size [m]
@@ -106,6 +107,11 @@ class Footprint:
     def of_axle(self) -> Footprint:
         """The outline seen from the point that moves along the heading."""
         return replace(self, points=self.points - (self.axle, 0.0), axle=0.0)
+
+    def base_velocity(self, velocity: Velocity) -> Velocity:
+        """Return how the base moves where a velocity is commanded that is the axle's."""
+        side = velocity.y - self.axle * velocity.yaw_rate
+        return replace(velocity, y=side) if self.axle else velocity
 
     def without(self, padding: float) -> Footprint:
         """Return the outline with its padding taken off again [m]."""

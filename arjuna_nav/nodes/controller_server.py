@@ -228,8 +228,8 @@ class ControllerServerNode(GoalNode):
         if self._follower is None or "local_plan" not in self._follower.wanted:
             return
         times = np.linspace(0.0, self.config.local_plan_time, 18)
-        side = 0.0 - self._costmap.layered.footprint.axle * velocity.yaw_rate
-        poses = [SE2.exp((velocity.x * t, side * t, velocity.yaw_rate * t)).array() for t in times]
+        v = self._costmap.layered.footprint.base_velocity(velocity)
+        poses = [SE2.exp((v.x * t, v.y * t, v.yaw_rate * t)).array() for t in times]
         plan = {"local_plan": Plan(np.array(poses))}
         self._display.publish(plan, self._costmap.config.robot_base_frame, self.now)
 
