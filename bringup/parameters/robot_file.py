@@ -107,15 +107,23 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         yield Remark(Kind.UNLIKE, where, reason)
 
 
-def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
-    """Yield that nobody publishes a simulated robot's odometry as a transform, where so.
+def lacking(sim: Mapping[str, Any]) -> Iterator[Remark]:
+    """Yield what a simulated robot's file lacks: a lidar, its odometry as a transform.
 
-    Its file leaves that to a filter, and without an IMU there is none here.
+    Where its file leaves that transform to a filter, there is none here without an IMU.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
+    from arjuna_sim.inputs import frames_and_topics
+
     robot = _named(sim)
+    if not frames_and_topics(robot)["scan_topic"]:
+        reason = (
+            "its file has no lidar: nothing shows where it is on a map, and it does not drive"
+            " before a node of yours publishes scans"
+        )
+        yield Remark(Kind.UNLIKE, "sim: robot", reason)
     if _is_fused(robot, sim) or "odom_tf" in robot.drive.publishes:
         return
     frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
