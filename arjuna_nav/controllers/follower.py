@@ -122,6 +122,8 @@ def turning_radius(robot: float, controller: Controller) -> float:
 class PathFollower:
     """Runs a controller until the goal checker says that the robot has arrived.
 
+    What it gives the controller is the way of the robot's axle, not of its base.
+
     Args:
         config: Parameters, as `load` made them.
         chosen: The plug-ins; the first of each kind if None.
@@ -144,8 +146,8 @@ class PathFollower:
         chosen: Chosen | None = None,
         body: Footprint | None = None,
     ) -> None:
-        self._config = config
-        body = body or footprint
+        self._config, self._axle = config, footprint.axle
+        footprint, body = footprint.of_axle, (body or footprint).of_axle
         self._controlled = footprint
         self._footprint = body if footprint.outreach(body) else footprint
         self.chosen = chosen or Chosen(
@@ -198,6 +200,7 @@ class PathFollower:
         Raises:
             PathError: The path is empty or of the wrong shape.
         """
+        path = paths.shifted(path, self._axle)
         self.controller.set_path(path)
         self._path_changed, self._cancelled = True, False
         end = SE2.from_array(path[-1])
@@ -215,6 +218,8 @@ class PathFollower:
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
         assert self._end is not None
+        if self._axle:  # which does not move sideways
+            pose, velocity = pose @ SE2(self._axle), replace(velocity, y=0.0)
         if self._path_changed and not self._escape.leads_to(self.controller.path, costmap):
             self._escape.reset()
             self._escape_tried = False
@@ -241,7 +246,8 @@ class PathFollower:
                 self._failing_since = None
                 distance = pose.distance(self._end)
                 return FollowResult(FollowState.RUNNING, arriving, distance=distance)
-            if arriving is None and self._goal.reached(pose, self._end, velocity):
+            base, end = self._base(pose), self._base(self._end)
+            if arriving is None and self._goal.reached(base, end, velocity):
                 return FollowResult(FollowState.SUCCEEDED)
             if arriving is None and self._approach.retry():
                 return FollowResult(FollowState.RUNNING, STILL, distance=distance)
@@ -258,6 +264,9 @@ class PathFollower:
         if self._brakes(velocity):
             self._failing_since = None
         return self._tolerate(control.status, control.message, now, distance)
+
+    def _base(self, axle: SE2) -> SE2:
+        return axle @ SE2(-self._axle) if self._axle else axle
 
     def _brakes(self, velocity: Velocity) -> bool:
         """Return whether a robot that was commanded to stop still moves."""

@@ -46,6 +46,12 @@ class CostmapConfig:
     robot_radius: float = length_param(0.1, "Radius of a circular robot.")
     footprint: str = param("[]", "Corners [[x, y], ...] of a robot that is no circle.", unit="m")
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m")
+    axle: float = param(
+        0.0,
+        "Where along x of its frame a steered robot's unsteered axle is: paths are planned and"
+        " followed for it.",
+        unit="m",
+    )
     body: str = param(
         "",
         "The robot's own outline, [[x, y], ...], as its file says, where it stands out of the"
@@ -88,9 +94,13 @@ class CostmapConfig:
         }
 
     def __post_init__(self) -> None:
-        Footprint.parse(self.footprint, self.robot_radius, self.footprint_padding)
+        self.outline()
         self.own_body()
+
+    def outline(self) -> Footprint:
+        """Return the robot's outline with its padding."""
+        return Footprint.parse(self.footprint, self.robot_radius, self.footprint_padding, self.axle)
 
     def own_body(self) -> Footprint | None:
         """Return the robot's own outline where it is given."""
-        return Footprint.parse(self.body, 0.0, 0.0) if self.body else None
+        return Footprint.parse(self.body, 0.0, 0.0, self.axle) if self.body else None

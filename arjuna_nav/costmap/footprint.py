@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from arjuna_core.arrays import Bools, Floats
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
+from arjuna_core.twist import Velocity
 
 _CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius
 _POINT = 1e-3  # a robot without size [m]
@@ -28,12 +29,15 @@ class Footprint:
         inscribed_radius: Distance from the origin to the nearest edge [m].
         circumscribed_radius: Distance from the origin to the farthest corner [m].
         circular: Whether the outline is a circle, so that its heading does not matter.
+        axle: Where along x the point is that moves along the heading [m]; the radii hold for both
+            points.
     """
 
     points: Floats
     inscribed_radius: float
     circumscribed_radius: float
     circular: bool
+    axle: float = 0.0
 
     @staticmethod
     def circle(radius: float, padding: float = 0.0) -> Footprint:
@@ -65,13 +69,14 @@ class Footprint:
         return Footprint(points, inscribed, farthest, circular=False)
 
     @staticmethod
-    def parse(text: str, robot_radius: float, padding: float) -> Footprint:
+    def parse(text: str, robot_radius: float, padding: float, axle: float = 0.0) -> Footprint:
         """Return what the parameters `footprint`, `robot_radius`, `footprint_padding` describe.
 
         Args:
             text: `"[[x, y], ...]"` [m], or `"[]"` for a circle; commas may be left out, as in Nav2.
             robot_radius: Radius of the circle [m].
             padding: What to add outwards [m].
+            axle: As the attribute.
 
         Raises:
             ConfigError: The text is no list of three or more corners.
@@ -86,19 +91,43 @@ class Footprint:
             problem = f"footprint {text!r} is invalid; valid: '[[x, y], [x, y], [x, y], ...]'"
             raise ConfigError(problem) from error
         if array.size == 0:
-            return Footprint.circle(max(robot_radius + padding, _POINT))
-        return Footprint.polygon(array, padding)
+            return Footprint.circle(max(robot_radius + padding, _POINT)).driven_at(axle)
+        return Footprint.polygon(array, padding).driven_at(axle)
+
+    def driven_at(self, axle: float) -> Footprint:
+        """Return the outline of a robot that moves along its heading at another point."""
+        if not axle:
+            return self
+        points = self.points - (axle, 0.0)
+        inner = min(self.inscribed_radius, float(_edge_distances(points).min()))
+        outer = max(self.circumscribed_radius, float(np.hypot(*points.T).max()))
+        return Footprint(self.points, inner, outer, circular=False, axle=axle)
+
+    @property
+    def of_axle(self) -> Footprint:
+        """The outline seen from the point that moves along the heading."""
+        return replace(self, points=self.points - (self.axle, 0.0), axle=0.0)
+
+    def base_velocity(self, velocity: Velocity) -> Velocity:
+        """Return how the base moves where a velocity is commanded that is the axle's."""
+        side = velocity.y - self.axle * velocity.yaw_rate
+        return replace(velocity, y=side) if self.axle else velocity
 
     def without(self, padding: float) -> Footprint:
         """Return the outline with its padding taken off again [m]."""
         if self.circular:
             return Footprint.circle(max(self.inscribed_radius - padding, _POINT))
-        return Footprint.polygon(self.points, -padding)
+        return Footprint.polygon(self.points, -padding).driven_at(self.axle)
 
     def scaled(self, scale: float) -> Footprint:
         """Return the outline larger or smaller by a factor."""
         inscribed, circumscribed = self.inscribed_radius * scale, self.circumscribed_radius * scale
-        return Footprint(self.points * scale, inscribed, circumscribed, self.circular)
+        return replace(
+            self,
+            points=self.points * scale,
+            inscribed_radius=inscribed,
+            circumscribed_radius=circumscribed,
+        )
 
     def holds(self, points: Floats) -> Bools:
         """Return which points `(N, 2) float64` of the base frame [m] lie within the outline."""

@@ -45,8 +45,7 @@ class LayeredCostmap:
     ) -> None:
         frame = _own_frame(config)
         hits = np.zeros(frame.shape, np.uint32)
-        outline = Footprint.parse(*_footprint_of(config))
-        self._master = Master(config, frame, outline, config.own_body(), hits)
+        self._master = Master(config, frame, config.outline(), config.own_body(), hits)
         if transform is not None:
             self._master.transform = transform
         names = *config.plugins, *config.filters
@@ -82,7 +81,7 @@ class LayeredCostmap:
         """Take other parameters; what sensors have seen is kept, maps have to be received again."""
         before, self._master.config = self._master.config, config
         if _footprint_of(config) != _footprint_of(before):
-            self._master.footprint = Footprint.parse(*_footprint_of(config))
+            self._master.footprint = config.outline()
         self._master.body = config.own_body()
         self.group.reconfigure(config)
         self.compose_again()
@@ -242,8 +241,8 @@ class LayeredCostmap:
         return rows, slice(max(column - half, 0), max(column + half + 1, 0))
 
 
-def _footprint_of(config: CostmapConfig) -> tuple[str, float, float]:
-    return config.footprint, config.robot_radius, config.footprint_padding
+def _footprint_of(config: CostmapConfig) -> tuple[str, float, float, float]:
+    return config.footprint, config.robot_radius, config.footprint_padding, config.axle
 
 
 def _own_frame(config: CostmapConfig) -> GridFrame:

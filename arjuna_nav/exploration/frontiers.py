@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from scipy import ndimage
@@ -14,7 +16,9 @@ from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.config import length_param, param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.collision import collides
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.waves.potential import NEUTRAL, traversal_costs, wavefront
 
 _EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
@@ -55,12 +59,14 @@ def next_goal(
     T_map_base: SE2,
     tried: Sequence[SE2],
     config: ExplorationConfig = ExplorationConfig(),
+    footprint: Footprint | None = None,
 ) -> SE2 | None:
-    """Return where to look from next, facing the frontier.
+    """Return where to look from next, facing the frontier, or turned from it where need be.
 
     Args:
         costmap: Inflated costs of the same grid; unknown stays unknown.
         tried: Goals of before; none near one of them comes again, so that exploration ends.
+        footprint: The robot's, which is free there; a point if None.
 
     Returns:
         The goal, or None where no frontier of interest can be reached.
@@ -85,8 +91,9 @@ def next_goal(
     travel[costmap.data > config.max_cost] = np.inf
     for goal in tried:
         _rule_out(travel, grid, goal, config.blacklist_radius)
+    touches = partial(collides, costmap, footprint or Footprint.circle(1e-3))
     for clusters in _near_and_open(grid, config):
-        candidates = [_viewpoint(cells, travel, grid, config) for cells in clusters]
+        candidates = [_viewpoint(cells, travel, grid, config, touches) for cells in clusters]
         best = min((entry for entry in candidates if entry is not None), default=None)
         if best is not None:
             return SE2(*best[1:])
@@ -145,9 +152,13 @@ def _rule_out(travel: Floats, grid: OccupancyGrid, goal: SE2, radius: float) -> 
 
 
 def _viewpoint(
-    cells: Ints, travel: Floats, grid: OccupancyGrid, config: ExplorationConfig
+    cells: Ints,
+    travel: Floats,
+    grid: OccupancyGrid,
+    config: ExplorationConfig,
+    touches: Callable[[SE2], bool],
 ) -> tuple[float, float, float, float] | None:
-    """Return `(cost, x, y, yaw)` of the best pose to see a frontier's middle cell from."""
+    """Return `(cost, x, y, yaw)` of the best free pose to see a frontier's middle cell from."""
     centre = cells.mean(axis=0)
     middle = cells[np.argmin(np.square(cells - centre).sum(axis=1))]
     reach = math.ceil(config.view_distance / grid.frame.resolution)
@@ -157,11 +168,14 @@ def _viewpoint(
     gap = np.hypot(rows + row0 - middle[0], columns + column0 - middle[1])
     score = window + gap * grid.frame.resolution  # as near as can be stood, without detours
     score[gap > reach] = np.inf
-    row, column = np.unravel_index(np.argmin(score), score.shape)
-    if not math.isfinite(score[row, column]):
-        return None
-    x, y = grid.frame.to_point(int(row + row0), int(column + column0))
+    best_first = np.argsort(score, axis=None, kind="stable")[: np.isfinite(score).sum()]
     at_x, at_y = grid.frame.to_point(int(middle[0]), int(middle[1]))
     size = len(cells) * grid.frame.resolution
-    cost = float(score[row, column]) - config.size_gain * size
-    return cost, x, y, math.atan2(at_y - y, at_x - x)
+    eighths = (0, 1, -1, 2, -2, 3, -3, 4)  # of a round, from the frontier
+    for turn, index in itertools.product(eighths, best_first.tolist()):
+        row, column = divmod(index, score.shape[1])
+        x, y = grid.frame.to_point(int(row + row0), int(column + column0))
+        yaw = math.atan2(at_y - y, at_x - x) + 0.25 * math.pi * turn
+        if not touches(SE2(x, y, yaw)):
+            return float(score[row, column]) - config.size_gain * size, x, y, yaw
+    return None

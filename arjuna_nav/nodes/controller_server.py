@@ -219,7 +219,8 @@ class ControllerServerNode(GoalNode):
         if carrot is None or self._carrot_out.get_subscription_count() == 0:
             return
         stamp = header(self._costmap.config.robot_base_frame, self.now)
-        point = Point(x=carrot.x, y=carrot.y)
+        axle = self._costmap.layered.footprint.axle
+        point = Point(x=carrot.x + axle, y=carrot.y)
         self._carrot_out.publish(PointStamped(header=stamp, point=point))
 
     def _publish_local_plan(self, velocity: Velocity) -> None:
@@ -227,7 +228,8 @@ class ControllerServerNode(GoalNode):
         if self._follower is None or "local_plan" not in self._follower.wanted:
             return
         times = np.linspace(0.0, self.config.local_plan_time, 18)
-        poses = [SE2.exp((velocity.x * t, 0.0, velocity.yaw_rate * t)).array() for t in times]
+        v = self._costmap.layered.footprint.base_velocity(velocity)
+        poses = [SE2.exp((v.x * t, v.y * t, v.yaw_rate * t)).array() for t in times]
         plan = {"local_plan": Plan(np.array(poses))}
         self._display.publish(plan, self._costmap.config.robot_base_frame, self.now)
 

@@ -111,9 +111,9 @@ class ExplorerNode(ManagedNode):
         if self._goal is not None and self._is_useful(self._goal):
             return
         self._costmap.set_map(self._grid)
-        goal = next_goal(
-            self._grid, self._costmap.costmap, T_map_base, self._tried, self.config.exploration
-        )
+        costmap, footprint = self._costmap.costmap, self._costmap.footprint
+        exploration = self.config.exploration
+        goal = next_goal(self._grid, costmap, T_map_base, self._tried, exploration, footprint)
         if goal is not None:
             self._go(goal)
         elif self._goal is None and self._is_in_unknown(T_map_base):

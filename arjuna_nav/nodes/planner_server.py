@@ -125,7 +125,7 @@ class PlannerServerNode(GoalNode):
         footprint = self._costmap.layered.footprint
         made = self._planners.get(name)
         if made is None or made[0] is not footprint:
-            made = footprint, PLANNERS.make(getattr(self.config, name), footprint)
+            made = footprint, PLANNERS.make(getattr(self.config, name), footprint.of_axle)
             self._planners[name] = made
             if text := too_tight(f"planner {name}", made[1], self.config.min_turning_radius):
                 self.get_logger().warning(text)

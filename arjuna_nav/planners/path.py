@@ -17,6 +17,14 @@ def length(path: Floats) -> float:
     return float(np.hypot(steps[:, 0], steps[:, 1]).sum())
 
 
+def shifted(path: Floats, distance: float) -> Floats:
+    """Return the path of a point so far before the one whose path is given [m]."""
+    if not distance:
+        return path
+    heading = np.column_stack((np.cos(path[:, 2]), np.sin(path[:, 2])))
+    return np.column_stack((path[:, :2] + distance * heading, path[:, 2]))
+
+
 def along(path: Floats) -> Floats:
     """Return how far along a path each of its poses lies, `(N,) float64` [m]."""
     steps = path[1:] - path[:-1]

@@ -16,6 +16,7 @@ from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.base import GridPlannerConfig, Planner, PlanResult, PlanStatus
 from arjuna_nav.planners.escape import Escape
 from arjuna_nav.planners.outline import plan_for_outline
+from arjuna_nav.planners.path import shifted
 from arjuna_nav.planners.waves.potential import reachable, traversal_costs, wavefront
 
 Cell = tuple[int, int]
@@ -188,10 +189,14 @@ def plan_through(
     """Plan through poses to the last; without any, NO_VALID_PATH.
 
     Where a footprint is given, a path that its outline could not follow is replaced by one
-    that it can, if there is one.
+    that it can, if there is one. Planned is for its axle, of which the planner has the outline too.
     """
     if not goals:
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
+    axle = 0.0 if footprint is None else footprint.axle
+    if footprint is not None and axle:
+        start, *goals = (pose @ SE2(axle) for pose in (start, *goals))
+        footprint = footprint.of_axle
     pieces: list[Floats] = []
     expansions: list[Floats] = []
     for goal in goals:
@@ -207,4 +212,5 @@ def plan_through(
             expansions.append(result.expansions)
         start = SE2.from_array(result.path[-1])
     expanded = np.vstack(expansions) if expansions else None
-    return PlanResult(PlanStatus.SUCCEEDED, np.vstack(pieces), expansions=expanded)
+    path = shifted(np.vstack(pieces), -axle)
+    return PlanResult(PlanStatus.SUCCEEDED, path, expansions=expanded)

@@ -59,6 +59,7 @@ class Approach:
         """Return the part of a velocity that the zone's outline allows, 0 to 1."""
         if velocity == Velocity():
             return 1.0
+        velocity = outline.base_velocity(velocity)
         stands = self._config.leave_obstacles
         part = (self._before_what_stands if stands else self._time_to_collision)(
             velocity, sight.points, outline

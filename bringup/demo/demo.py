@@ -21,7 +21,14 @@ from arjuna_core.ros import qos
 from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import footprint, inscribed_radius
 from bringup.client.goals import Goals, initial_pose_msg
-from bringup.demo.measures import Report, Samples, distance_to_surfaces, segments_from, write_report
+from bringup.demo.measures import (
+    REACHED_WITHIN,
+    Report,
+    Samples,
+    distance_to_surfaces,
+    segments_from,
+    write_report,
+)
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import Parameters, merged
 from bringup.recording.recorder import demo_recorder
@@ -45,7 +52,6 @@ WAYPOINTS = (
     SE2(0.0, 0.0, 0.0),
 )
 HOME = SE2(0.0, 0.0, 0.0)
-REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 KNOWS = 0.5  # localization quality from which the robot's word counts
 
 

@@ -170,6 +170,7 @@ class Samples:
         return rmse(table[judged, 4:7], table[np.minimum(dated, len(table) - 1), 1:4])
 
 
+REACHED_WITHIN = 0.25  # nav2's xy_goal_tolerance, judged by the truth [m]
 ARTIFACTS = ("map.pgm", "map.yaml", "map.png", "trajectory.png", "run.mcap", "report.json")
 
 
@@ -235,12 +236,18 @@ class Report:
         )
 
     @property
+    def lost(self) -> bool:
+        """True if the robot's word about its place was off by more than a goal may be."""
+        return self.localization_rmse_m > REACHED_WITHIN
+
+    @property
     def success(self) -> bool:
-        """True if the robot did all that it was asked to, without touching anything."""
+        """True if the robot did all that it was asked to, knew its place, and touched nothing."""
         return (
             self.waypoints_reached == self.waypoints_total
             and not self.missed
             and self.kidnap_recovered is not False
+            and not self.lost
             and self.collisions == 0
         )
 
@@ -265,7 +272,8 @@ def summary(folder: Path, report: Report) -> str:
         (
             "localization",
             f"{100.0 * report.localization_rmse_m:.1f} cm, "
-            f"{np.degrees(report.localization_rmse_rad):.2f} deg RMSE",
+            f"{np.degrees(report.localization_rmse_rad):.2f} deg RMSE"
+            + (f": more than {100.0 * REACHED_WITHIN:g} cm, lost" if report.lost else ""),
         ),
         ("driven", f"{report.path_length_m:.1f} m in {report.sim_time_s:.0f} s of simulated time"),
         ("speed", f"{report.real_time_factor:.1f} x real time ({report.wall_time_s:.0f} s)"),

@@ -22,7 +22,7 @@ from bringup.parameters.files import (
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_file import (
     contradictions,
-    lacking_transform,
+    lacking,
     of_robot,
     other_names,
 )
@@ -149,7 +149,7 @@ def _of_robot(
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
     remarks = list(contradictions(parameters, robot)) if known else []
     if known and simulated:
-        remarks += lacking_transform(robot)
+        remarks += lacking(robot)
         remarks += other_names(merged(parameters, options), robot, groups, namespace)
     return parameters, remarks
 

@@ -58,7 +58,6 @@ _STANDARD = {
 """
 _MAPS = {"odom_frame": {"map"}}
 """Frames that others than the robot give: a local costmap may be in the map's."""
-_AXLE_OFF = 0.02  # so far from its axle a base moves along its heading all the same [m]
 
 
 def of_robot(
@@ -108,15 +107,23 @@ def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[R
         yield Remark(Kind.UNLIKE, where, reason)
 
 
-def lacking_transform(sim: Mapping[str, Any]) -> Iterator[Remark]:
-    """Yield that nobody publishes a simulated robot's odometry as a transform, where so.
+def lacking(sim: Mapping[str, Any]) -> Iterator[Remark]:
+    """Yield what a simulated robot's file lacks: a lidar, its odometry as a transform.
 
-    Its file leaves that to a filter, and without an IMU there is none here.
+    Where its file leaves that transform to a filter, there is none here without an IMU.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
+    from arjuna_sim.inputs import frames_and_topics
+
     robot = _named(sim)
+    if not frames_and_topics(robot)["scan_topic"]:
+        reason = (
+            "its file has no lidar: nothing shows where it is on a map, and it does not drive"
+            " before a node of yours publishes scans"
+        )
+        yield Remark(Kind.UNLIKE, "sim: robot", reason)
     if _is_fused(robot, sim) or "odom_tf" in robot.drive.publishes:
         return
     frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
@@ -211,6 +218,8 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
+        if (steering := steering_of(robot, frame)) and not is_set(node, f"{prefix}axle"):
+            own = merged(own, {node: {f"{prefix}axle": round(steering.axle, 4)}})
     steering = steering_of(robot, _base_frame(merged(parameters, own)))
     radius = round(steering.radius, 4) if steering is not None else 0.0
     if not radius:
@@ -325,8 +334,7 @@ def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tup
     from arjuna_sim.inputs import steering_of
 
     robot = _named(sim)
-    frame = _base_frame(parameters)
-    steering = steering_of(robot, frame)
+    steering = steering_of(robot, _base_frame(parameters))
     for node in _STEERED:
         said = parameters.get(node, {}).get(_RADIUS, 0.0)
         where = f"{node}: {_RADIUS}"
@@ -335,9 +343,3 @@ def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tup
         elif steering is not None and said < steering.radius - 1e-3:
             bend = f"the robot's file allows bends of {steering.radius:.3g} m"
             yield where, f"{said:g} m is tighter than {bend}"
-    if steering is not None and abs(steering.axle) > _AXLE_OFF:
-        yield (
-            f"{LOCAL_COSTMAP.name}: robot_base_frame",
-            f"'{frame}' is {-steering.axle:.2f} m before the axle that does not steer: planned"
-            " bends are those of the axle, name a frame there",
-        )

@@ -173,7 +173,8 @@ class CostmapNode(ManagedNode):
     def _on_footprint(self, message: Any) -> None:
         try:
             padding = self.config.footprint_padding
-            footprint = Footprint.polygon(points_from_polygon(message), padding)
+            corners = points_from_polygon(message)
+            footprint = Footprint.polygon(corners, padding).driven_at(self.config.axle)
         except ConfigError as error:
             self.get_logger().error(f"footprint ignored: {error}")
         else:

@@ -191,10 +191,11 @@ def friction_of(
     if not wheels:
         return friction
     held = sorted(name for name in wheels if friction.get(name, 0.0) > _PULLED)
-    if held and drive.kind is DriveKind.SIDES and _turns_by_sliding(urdf, drive):
+    slides = drive.kind is DriveKind.SIDES and _turns_by_sliding(urdf, drive)
+    if held and (slides or drive.steering):
         xml.note(
             f"links {', '.join(held)}: friction {friction[held[0]]:g} is taken to be {_GROUND:g},"
-            " as of Gazebo's ground: wheels that slide in a turn would hold the robot"
+            " as of Gazebo's ground: wheels that slide in a turn would hold or overturn the robot"
         )
         friction |= dict.fromkeys(held, _GROUND)
     lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}

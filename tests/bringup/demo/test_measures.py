@@ -2,18 +2,22 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from bringup.demo.measures import (
+    Report,
     Samples,
     distance_to_surfaces,
     explored_fraction,
     map_error,
     rmse,
     segments_from,
+    summary,
 )
 
 SQUARE = np.array([[0, 0, 4, 0], [4, 0, 4, 4], [4, 4, 0, 4], [0, 4, 0, 0]], dtype=np.float64)
@@ -100,3 +104,13 @@ def test_an_estimate_without_a_stamp_is_of_now() -> None:
     samples = Samples()
     samples.add(TICK, SE2(1.0, 0.0, 0.0), SE2(1.0, 0.3, 0.0), (), True)
     assert samples.localization_rmse()[0] == pytest.approx(0.3)
+
+
+@pytest.mark.parametrize(("off", "lost"), [(0.2, False), (0.3, True)])
+def test_a_robot_that_believes_itself_elsewhere_has_not_succeeded(off: float, lost: bool) -> None:
+    samples = Samples()
+    for i in range(1, 4):
+        samples.add(i * TICK, SE2(2.0, 2.0), SE2(2.0, 2.0 + off), (), True)
+    report = Report.of(samples, True, grid(0), SQUARE, 5, 1.0, None, None)
+    assert report.success is not lost
+    assert ("lost" in summary(Path(), report)) is lost

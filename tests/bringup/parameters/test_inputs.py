@@ -254,7 +254,10 @@ def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFi
     own = str(car("gz").write(tmp_path))
     given = gather(parse(["demo", "--robot", own]))
     assert {given[node]["min_turning_radius"] for node in _RADII} == {0.779}
-    assert "'base' is 0.16 m before the axle that does not steer" in capsys.readouterr().err
+    costmaps = given["local_costmap/local_costmap"], given["global_costmap/global_costmap"]
+    assert [costmap["axle"] for costmap in costmaps] == [-0.16, -0.16]
+    lacks = "sim: robot: its file has no lidar"
+    assert [lacks in line for line in capsys.readouterr().err.splitlines()] == [True]
     assert "min_turning_radius" not in gather(parse(["demo"]))["controller_server"]
     assert not capsys.readouterr().err
 

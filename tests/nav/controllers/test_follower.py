@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar
+from unittest.mock import Mock
 
 import numpy as np
 import pytest
@@ -72,13 +73,15 @@ class Car(Scripted):
 class Followed:
     """A path that is followed by the script."""
 
-    def __init__(self, path: NDArray[np.float64] = PATH, **values: Any) -> None:
+    def __init__(
+        self, path: NDArray[np.float64] = PATH, outline: Footprint = ROBOT, /, **values: Any
+    ) -> None:
         own = {
             "FollowPath.plugin": f"{__name__}:Scripted",
             "escape.enabled": False,
             "arrival.enabled": False,
         }
-        self.follower = PathFollower(load(FollowerConfig, {**own, **values}), ROBOT)
+        self.follower = PathFollower(load(FollowerConfig, {**own, **values}), outline)
         self.follower.start(path, 0.0)
 
     @property
@@ -310,3 +313,19 @@ def test_an_escape_begins_once_the_robot_has_braked() -> None:
     braking = followed.tick(0.0, velocity=Velocity(0.3))
     assert (braking.state, braking.velocity) == (FollowState.RUNNING, STILL)
     assert followed.tick(0.1).velocity != STILL
+
+
+@pytest.mark.parametrize("axle", [-0.4, 0.2])
+def test_a_base_off_its_axle_is_driven_as_the_axle_would_be(axle: float) -> None:
+    base, outline = SE2(-axle), ROBOT.driven_at(axle)
+    poses = [(SE2.from_array(row) @ base).array() for row in PATH]
+    followed = Followed(np.array(poses), outline)
+    assert followed.script.path == pytest.approx(PATH)
+    followed.script.compute = Mock(return_value=DRIVES)  # type: ignore[method-assign]
+    followed.tick(0.0, SE2(1.2, 2.1, 0.3) @ base, Velocity(0.2, y=0.1, yaw_rate=0.4))
+    pose, velocity = followed.script.compute.call_args.args[:2]
+    assert pose.array() == pytest.approx((1.2, 2.1, 0.3))
+    assert velocity == Velocity(0.2, yaw_rate=0.4)
+    end = SE2.from_array(PATH[-1])
+    followed.script.path = PATH[-1:]
+    assert followed.tick(0.1, end @ base).state is FollowState.SUCCEEDED

@@ -274,3 +274,20 @@ def test_a_part_of_a_grid_is_cleared_and_marked_as_in_the_whole(seed: int) -> No
     np.testing.assert_array_equal(part, whole[50:110, 60:140])
     np.testing.assert_array_equal(hits_part > 0, hits[50:110, 60:140] > 0)
     assert (part == 0).any()
+
+
+@pytest.mark.parametrize("axle", [-0.3, 0.1, 1.0])
+@pytest.mark.parametrize("text", ["[[0.4, 0.15], [-0.4, 0.15], [-0.4, -0.15], [0.4, -0.15]]", "[]"])
+def test_an_outline_driven_at_another_point_holds_for_both(text: str, axle: float) -> None:
+    own = Footprint.parse(text, 0.3, 0.0)
+    for driven in (own.driven_at(axle), own.driven_at(axle).scaled(2.0).scaled(0.5)):
+        seen, pose = driven.of_axle, SE2(1.0, 2.0, 0.5)
+        assert (driven.axle, seen.axle) == (axle, 0.0)
+        assert (pose @ SE2(axle)).apply(seen.points) == pytest.approx(pose.apply(own.points))
+        for outline in (driven, seen):
+            far = np.hypot(*outline.points.T).max()
+            assert far <= outline.circumscribed_radius + 1e-9
+            assert outline.inscribed_radius <= own.inscribed_radius + 1e-9
+    bare = Footprint.parse(text, 0.3, 0.05, axle).without(0.05)
+    assert bare.axle == axle
+    assert own.circular or bare.points == pytest.approx(own.points)

@@ -13,6 +13,8 @@ from arjuna_nav.costmap import (
     LayeredCostmap,
     PlacedScan,
 )
+from arjuna_nav.costmap.collision import collides
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.exploration.frontiers import ExplorationConfig, frontiers, next_goal
 from arjuna_nav.planners import NavFn, NavFnConfig, PlanStatus
 from tests.helpers.nav.layers import costmap_config, scans, see
@@ -230,3 +232,20 @@ def test_a_robot_far_off_the_map_looks_nowhere(x: float, looks: bool) -> None:
     grid = half_known()
     goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(x, 2.0), [])
     assert (goal is not None) == looks
+
+
+@pytest.mark.parametrize(("length", "faces"), [(0.3, True), (1.2, False)])
+def test_a_long_robot_looks_from_where_it_has_room(length: float, faces: bool) -> None:
+    grid = empty_grid(8.0, 4.0)
+    block(grid, 0.0, 0.0, 8.0, 1.6)
+    block(grid, 0.0, 2.4, 8.0, 1.6)  # a corridor
+    grid.data[: grid.frame.to_cell(0.0, 1.6)[0], 60:68] = -1  # beside it, the unknown
+    half = 0.5 * length
+    outline = Footprint.polygon(half * np.array([[1, 0.5], [-1, 0.5], [-1, -0.5], [1, -0.5]]))
+    costmap = costmap_of(grid, radius=outline.inscribed_radius, track_unknown=True)
+    config = ExplorationConfig(view_distance=0.5, max_cost=252)
+    goal = next_goal(grid, costmap, SE2(1.0, 2.0), [], config, outline)
+    assert goal is not None
+    assert not collides(costmap, outline, goal)
+    frontier = np.arctan2(1.6 - goal.y, 3.2 - goal.x)
+    assert bool(abs(goal.theta - frontier) < 0.3) is faces

@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners import PlanResult, PlanStatus
+from arjuna_nav.planners import PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.hybrid.curves import along, length_to, shortest
 from arjuna_nav.planners.hybrid.moves import arcs
@@ -243,3 +243,18 @@ def test_a_length_is_the_curves_and_no_longer_than_is_enough(reverse: bool, long
         assert length_to(x, y, phi, reverse, 0.0) == pytest.approx(length)
         assert length_to(x, y, phi, reverse, 0.9 * length) == pytest.approx(length)
         assert length <= length_to(x, y, phi, reverse, 1.3 * length) + 1e-9 <= 1.3 * length + 1e-6
+
+
+@pytest.mark.parametrize("axle", [-0.5, -0.2, 0.3])
+def test_a_path_of_a_base_off_its_axle_bends_as_the_axle_can(axle: float) -> None:
+    outline = Footprint.polygon(LONG + np.array([axle, 0.0])).driven_at(axle)
+    costmap = costmap_of(room(), radius=outline.inscribed_radius)
+    start, *stops = SE2(1.0, 1.0, 0.3), SE2(3.0, 2.8, -2.0), SE2(1.0, -1.0, 1.0)
+    found = plan_through(make("smac hybrid", outline.of_axle), costmap, start, stops, outline)
+    assert found.status is PlanStatus.SUCCEEDED
+    assert SE2.from_array(found.path[0]).distance(start) < 1e-6
+    assert SE2.from_array(found.path[-1]).distance(stops[-1]) < 1e-6
+    assert first_collision(costmap, outline, found.path) is None
+    path = paths.shifted(found.path, axle)
+    steps, turns = np.hypot(*np.diff(path[:, :2], axis=0).T), np.abs(wrap(np.diff(path[:, 2])))
+    assert (2.0 * RADIUS * np.sin(turns / 2.0) <= steps + 1e-3).all()

@@ -63,6 +63,19 @@ def test_as_long_as_nothing_that_stands_is_met(outline: Footprint, seed: int) ->
     assert allowed == pytest.approx(free)
 
 
+@pytest.mark.parametrize("axle", [-0.5, 0.2])
+@pytest.mark.parametrize("seed", range(10))
+def test_a_base_off_its_axle_is_slowed_as_one_at_it(axle: float, seed: int) -> None:
+    rng, ahead = np.random.default_rng(seed), np.array([axle, 0.0])
+    points = rng.uniform(-1.2, 1.2, (12, 2))
+    points = points[~inside(points, BOX)]
+    velocity = Velocity(float(rng.uniform(-0.6, 0.8)), yaw_rate=float(rng.uniform(-1.5, 1.5)))
+    outline = Footprint.polygon(BOX.points + ahead).driven_at(axle)
+    zone = Approach(CONFIG, LEAST)
+    allowed = zone.allowed(velocity, Sight.of(points + ahead), outline)
+    assert allowed == pytest.approx(zone.allowed(velocity, Sight.of(points), BOX))
+
+
 @pytest.mark.parametrize(("x", "allowed"), [(0.39, 0.0), (0.41, 0.1), (1.19, 0.8), (1.21, 1.0)])
 def test_the_last_step_looked_at_is_before_the_time_is_over(x: float, allowed: float) -> None:
     ahead = np.array([[x, 0.0], [x, 0.001]])

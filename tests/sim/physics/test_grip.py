@@ -11,11 +11,13 @@ import pytest
 
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.wheels.traction import LEAST
 from arjuna_sim.simulation import Simulation, solo
+from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts
 from tests.sim.generated import Chassis, level, slope
 
@@ -74,6 +76,20 @@ def test_robot_turns_on_the_spot_however_much_its_wheels_grip(friction: float, a
     assert sim.robot.model.settings.friction["wheel_l0"] == (1.0 if is_taken_down else friction)
     notes = [note for note in texts(sim.robot.model.notes) if "is taken to be 1" in note]
     assert len(notes) == is_taken_down
+
+
+@pytest.mark.parametrize("friction", [1.5, 150.0])
+def test_steered_wheels_that_slide_as_they_steer_do_not_lift_the_robot(
+    friction: float, tmp_path: Path
+) -> None:
+    file = cases.car("gz").write(tmp_path)
+    links = load_robot(file).urdf.links
+    tags = "".join(f"<gazebo reference='{n}'><mu1>{friction}</mu1></gazebo>" for n in links)
+    file.write_text(file.read_text().replace("</robot>", f"{tags}</robot>"))
+    robot = load_robot(file)
+    taken = {robot.settings.friction[robot.urdf.joints[n].child] for n in robot.drive.rolling}
+    assert taken == {1.0 if friction > 2.0 else friction}
+    assert any("overturn" in note for note in texts(robot.notes)) is (friction > 2.0)
 
 
 @pytest.mark.parametrize("chassis", BETWEEN, ids=lambda c: c.name)
