@@ -51,6 +51,7 @@ class Edge(Generic[T]):
     def __init__(self, parent: str, static: bool) -> None:
         self.parent, self.static = parent, static
         self.received = -math.inf  # when, by the clock of who receives
+        self.contested = -math.inf  # when one that moves came last for this static one
         self.stamps: list[float] = []
         self.transforms: list[T] = []
 
@@ -162,8 +163,9 @@ class TransformTree(Generic[T]):
         """Return why a transform may not be added now; "" where it may, dead rivals removed.
 
         A living frame keeps its parent, and living frames are closed to no loop: one that is
-        static, or of which a transform was `received` lately. One that moves takes no stamp of
-        another time while the clock runs on; a clock that is not known yet judges none.
+        static, or of which a transform was `received` lately. A static one gives way to one that
+        moves from its second transform on, as in tf2 from the first. One that moves takes no stamp
+        of another time while the clock runs on; a clock that is not known yet judges none.
         """
         edge = self._edges.get(child)
         if not static and 0.0 < now < stamp - self._ahead:
@@ -173,8 +175,14 @@ class TransformTree(Generic[T]):
         if edge is not None and self._lives(edge, now):
             if edge.parent != parent:
                 return f"'{child}' has the parent '{edge.parent}', so not '{parent}' too"
-            kinds = ("static", "one that moves") if edge.static else ("one that moves", "static")
-            return f"'{child}' in '{parent}' is {kinds[0]}, so not {kinds[1]} too"
+            if static:
+                return f"'{child}' in '{parent}' is one that moves, so not static too"
+            before, edge.contested = edge.contested, now
+            if not 0.0 <= now - before <= self._living:
+                return (
+                    f"'{child}' in '{parent}' is static; one that moves replaces it if it goes on"
+                )
+            return ""
         above: list[str] = self.chain(parent)
         if child not in above:
             return ""

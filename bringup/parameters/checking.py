@@ -143,10 +143,10 @@ def check_file(path: Path, robot: str = "") -> Checked:
         read = checked(source, shipped_parameters())
     except InputFileError as error:
         return Checked({}, [], [str(error)])
-    known = {spec.name for spec in all_nodes()}
+    known = {spec.name for spec in (*all_nodes(), *further_nodes(read.parameters))}
     for name, given in source.values.items():
         program = program_of(name)
-        if program is None or PROGRAMS[program].name in known:
+        if program is None or not known.isdisjoint((name, PROGRAMS[program].name)):
             continue
         spec = PROGRAMS[program]
         alone = checked(source._replace(values={spec.name: given}), {}, only=spec)

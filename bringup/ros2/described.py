@@ -6,6 +6,7 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import yaml
@@ -137,9 +138,8 @@ def turtlebot4() -> LaunchDescription:
 
     def started(context: Any) -> list[Any]:
         given = context.launch_configurations
-        own = f"worlds/{given['world']}.world"
         words = ["sim", "--robot", str(shipped_file("urdf/burger.urdf")), "--world"]
-        words += [str(shipped_file(own)) if given["world"] == "warehouse" else given["world"]]
+        words += [str(_world(given["world"]))]
         words += ["--at", given["x"], given["y"], "--heading", given["yaw"]]
         beside = {
             "rviz": ["view"],
@@ -149,19 +149,61 @@ def turtlebot4() -> LaunchDescription:
         }
         wanted = [command for name, command in beside.items() if given[name].lower() == "true"]
         namespace = ["--namespace", given["namespace"]] if given["namespace"] else []
-        create3 = Node(
-            package="irobot_create_nodes",
-            executable="motion_control",
-            namespace=given["namespace"],
-            parameters=[{"use_sim_time": True}],
-        )
-        return [*(process([*each, *namespace]) for each in (words, *wanted)), create3]
+        motions = _create3(given["namespace"])
+        return [*(process([*each, *namespace]) for each in (words, *wanted)), motions]
 
     known = {"world": "warehouse", "x": "0.0", "y": "0.0", "yaw": "0.0", "namespace": ""}
     known |= dict.fromkeys(("rviz", "slam", "localization", "nav2"), "false")
     known["map"] = str(shipped_file("maps/warehouse.yaml"))
     declared = (DeclareLaunchArgument(name, default_value=text) for name, text in known.items())
     return LaunchDescription([*declared, OpaqueFunction(function=started)])
+
+
+def turtlebot4_spawn() -> LaunchDescription:
+    """Put a Burger with a Create 3's motions into a world that waits for its robot.
+
+    Source: turtlebot4_gz_bringup, turtlebot4_spawn.launch.py.
+    """
+    known = {"namespace": "", "rviz": "false", "x": "0.0", "y": "0.0", "yaw": "0.0"}
+    given = {name: LaunchConfiguration(name) for name in known}
+    words: list[Any] = ["-name", "turtlebot4", "-file", str(shipped_file("urdf/burger.urdf"))]
+    words += ["-robot_namespace", given["namespace"], "-x", given["x"], "-y", given["y"]]
+    return LaunchDescription(
+        [
+            *(DeclareLaunchArgument(name, default_value=text) for name, text in known.items()),
+            Node(
+                package="ros_gz_sim",
+                executable="create",
+                arguments=[*words, "-Y", given["yaw"]],
+                output="screen",
+            ),
+            Node(package="rviz2", executable="rviz2", condition=IfCondition(given["rviz"])),
+            _create3(given["namespace"]),
+        ]
+    )
+
+
+def _create3(namespace: Any) -> Node:
+    return Node(
+        package="irobot_create_nodes",
+        executable="motion_control",
+        namespace=namespace,
+        parameters=[{"use_sim_time": True}],
+    )
+
+
+def _world(name: str) -> Path:
+    """Return the file of a world, by its path or the name of a shipped one.
+
+    Raises:
+        ConfigError: There is none.
+    """
+    shipped = shipped_file(f"worlds/{name}.world")
+    for path in (shipped, Path(name)):
+        if path.is_file():
+            return path
+    names = ", ".join(sorted(path.stem for path in shipped_file("worlds").glob("*.world")))
+    raise ConfigError(f"world: there is no '{name}' here; valid: {names}, or a world's path")
 
 
 def cloned_robots() -> LaunchDescription:

@@ -188,8 +188,9 @@ DESCRIBED = {
     ("nav2_route", "route_tool.launch.py"): "route_tool",
     ("slam_toolbox", "merge_maps_kinematic_launch.py"): "merge_maps",
     **{
-        (f"turtlebot4_{simulator}_bringup", f"turtlebot4_{simulator}.launch.py"): "turtlebot4"
+        (f"turtlebot4_{simulator}_bringup", f"turtlebot4_{file}.launch.py"): f"turtlebot4{part}"
         for simulator in ("gz", "ignition")
+        for file, part in ((simulator, ""), ("spawn", "_spawn"))
     },
     ("twist_mux", "twist_mux_launch.py"): "twist_mux",
     ("urdf_launch", "description.launch.py"): "robot",

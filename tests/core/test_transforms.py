@@ -203,6 +203,19 @@ def test_a_frame_that_is_silent_gets_another_parent_and_makes_room_for_a_loop() 
     assert buffer.lookup("odom", "other") == SE2(1.0)
 
 
+def test_a_static_transform_gives_way_to_one_that_goes_on_moving() -> None:
+    buffer = TransformBuffer()
+    assert not receive(buffer, "map", "odom", 0.0, static=True)
+    assert "is static; one that moves replaces it if it goes on" in receive(
+        buffer, "map", "odom", 1.0
+    )
+    assert "if it goes on" in receive(buffer, "map", "odom", 7.0), "a single one, long after"
+    assert not receive(buffer, "map", "odom", 7.1)
+    assert not receive(buffer, "map", "odom", 7.2)
+    assert "one that moves, so not static" in receive(buffer, "map", "odom", 7.3, static=True)
+    assert buffer.edges["odom"].stamps == [7.1, 7.2]
+
+
 def test_of_another_run_even_static_frames_get_another_parent() -> None:
     buffer = TransformBuffer()
     receive(buffer, "base", "lidar", 50.0, static=True)

@@ -67,12 +67,17 @@ def _is_placeholder(key: str, value: str) -> bool:
     return bool(named or _PLACEHOLDER.fullmatch(value))
 
 
+def of_program(where: str, program: tuple[str, str]) -> Remark:
+    """Return that what is named is of a program's node, which runs alone."""
+    command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
+    return Remark(Kind.NOT_NEEDED, where, f"a node that '{command}' runs")
+
+
 def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
     if (program := program_of(today)) is not None:
-        command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
-        return Remark(Kind.NOT_NEEDED, name, f"a node that '{command}' runs")
+        return of_program(name, program)
     last = name.rpartition("/")[2]
     for package, executable in NAV2_PROGRAMS:
         if last.endswith(f"_{executable}"):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import Any
 
@@ -14,10 +14,10 @@ from bringup.parameters.files import EVERY_NODE, SIM_TIME, Parameters, merged
 from bringup.parameters.foreign import nav2
 from bringup.parameters.foreign.plugins import ForeignPlugins, plugin_lists
 from bringup.parameters.foreign.ros1_names import TABLES, targets
-from bringup.parameters.foreign.sections import FILLED, sections_by_node
+from bringup.parameters.foreign.sections import FILLED, of_program, sections_by_node
 from bringup.parameters.remarks import Checked, Kind, Remark
 from bringup.parameters.sources import keys_of_robot
-from bringup.stack import NodeSpec
+from bringup.stack import PROGRAMS, NodeSpec
 
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
 _CLASS_KEYS = ("plugin", "robot_model_type")
@@ -51,11 +51,23 @@ def understand(
         taken.update(section.taken)
     if SIM_TIME in everywhere:
         result.setdefault(EVERY_NODE, {})[SIM_TIME] = everywhere[SIM_TIME]
-    remarks += [_of_nobody(key, nodes.values()) for key in shared if key not in taken]
-    return Checked(result, remarks, problems)
+    unused = {key: value for key, value in shared.items() if key not in taken}
+    return Checked(result, remarks + _of_no_node(unused, list(nodes.values())), problems)
 
 
-def _of_nobody(key: str, specs: Iterable[NodeSpec]) -> Remark:
+def _of_no_node(unused: dict[str, Any], specs: Sequence[NodeSpec]) -> list[Remark]:
+    """Return remarks on names below `/**`, which may all be of one program that runs alone."""
+    if not unused:
+        return []
+    own = {program: _own_keys(spec.config, unused) for program, spec in PROGRAMS.items()}
+    program = max(own, key=lambda one: len(unused.keys() & own[one].keys()))
+    return [
+        of_program(f"{EVERY_NODE}: {key}", program) if key in own[program] else _of_key(key, specs)
+        for key in unused
+    ]
+
+
+def _of_key(key: str, specs: Sequence[NodeSpec]) -> Remark:
     for spec in specs:
         if (known := nav2.of_key(spec.name, key)) is not None:
             return Remark(known[0], f"{EVERY_NODE}: {key}", known[1])

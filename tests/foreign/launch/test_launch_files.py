@@ -619,6 +619,16 @@ def test_a_turtlebot4_is_a_docked_robot_in_the_warehouse(started: Callable[..., 
         "arjuna nav --without-localization --namespace b",
         "irobot_create_nodes/motion_control --ros-args -r __ns:=/b",
     ]
+    assert "--world worlds/office.world" in started(str(file), "world:=office").lines[0]
+    assert (
+        "world: there is no 'maze' here; valid: apriltag" in started(str(file), "world:=maze").said
+    )
+    spawn = add_prefix() / "share/turtlebot4_ignition_bringup/launch/turtlebot4_spawn.launch.py"
+    assert started(str(spawn), "x:=1.0", "yaw:=0.5", "namespace:=b").lines == [
+        "ros_gz_sim/create -name turtlebot4 -file urdf/burger.urdf -robot_namespace b"
+        " -x 1.0 -y 0.0 -Y 0.5",
+        "irobot_create_nodes/motion_control --ros-args -r __ns:=/b",
+    ]
 
 
 def test_a_description_made_by_xacro_keeps_its_text(started: Callable[..., Started]) -> None:

@@ -130,3 +130,15 @@ def test_ros2_run_refuses_what_is_not_valid(monkeypatch: pytest.MonkeyPatch) -> 
     words = ["-p", "odom0_config:=[true]"]
     with pytest.raises(ConfigError, match="'odom0_config' has 1 values; valid: 15"):
         _started(words, monkeypatch, "ekf_node")
+
+
+@pytest.mark.parametrize("name", ["ekf_filter_node", "ukf_filter_node", "ukf_node", "ekf_map"])
+def test_a_filter_is_checked_once_under_any_name(name: str, tmp_path: Path) -> None:
+    file = tmp_path / "filter.yaml"
+    mask = f"[{'false, ' * 14}1]"
+    file.write_text(
+        f"{name}: {{ros__parameters: {{odom0: odom, nobodys: 1, odom0_config: {mask}}}}}"
+    )
+    found = check_file(file)
+    assert [one.where for one in found.remarks] == [f"{name}: nobodys"]
+    assert len(found.problems) == 1

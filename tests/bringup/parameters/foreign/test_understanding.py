@@ -410,3 +410,25 @@ def test_a_strict_command_refuses_what_is_unknown(tmp_path: Path) -> None:
 def test_a_node_s_word_on_its_clock_is_kept() -> None:
     found = understood({"slam_toolbox": {"use_sim_time": False}})
     assert (found.remarks, found.parameters["slam_toolbox"]["use_sim_time"]) == ([], False)
+
+
+@pytest.mark.parametrize(
+    ("values", "program"),
+    [
+        ("use_stamped: false, topics: {joy: {topic: joy_vel, priority: 9}}", "twist_mux twist_mux"),
+        ("delay: 3.0, yaw_offset: 0.1", "robot_localization navsat_transform_node"),
+        ("axis_linear: {x: 1}, enable_button: 4", "teleop_twist_joy teleop_node"),
+    ],
+)
+def test_names_for_every_node_are_those_of_a_node_that_runs_alone(
+    values: str, program: str, tmp_path: Path
+) -> None:
+    file = tmp_path / "alone.yaml"
+    file.write_text(f"/**: {{ros__parameters: {{{values}, nobodys: 1}}}}")
+    found = check_file(file)
+    *known, unknown = found.remarks
+    assert found.problems == []
+    assert {(one.kind, f"'ros2 run {program}" in one.reason) for one in known} == {
+        (Kind.NOT_NEEDED, True)
+    }
+    assert (unknown.kind, unknown.where) == (Kind.UNKNOWN, "/**: nobodys")
