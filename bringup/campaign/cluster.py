@@ -65,6 +65,8 @@ def cluster_pool(
             scratch = tempfile.mkdtemp(prefix="arjuna-ray-")
             stack.callback(shutil.rmtree, scratch, ignore_errors=True)
             os.environ.update(_LOOPBACK)
+            # With it each process of Ray's compiles all it imports: on a busy machine above 30 s.
+            os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
             os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
             options |= {"num_cpus": jobs, "dashboard_host": "127.0.0.1", "_temp_dir": scratch}
             options["object_store_memory"] = 256 << 20  # results in transit; more go to disk
@@ -74,12 +76,18 @@ def cluster_pool(
 
         try:
             ray.init(address=address, **options)
-        except (ConnectionError, RuntimeError, ValueError, ray.exceptions.RayError) as error:
-            raise ArjunaError(f"no Ray cluster at {address}: {_first(error)}") from error
+        except Exception as error:  # a bare one where a node does not start in Ray's 30 s
+            raise ArjunaError(f"{_none_at(address)}: {_first(error)}") from error
         stack.callback(ray.shutdown)
         pool = ClusterPool(campaign, show, program, scratch)
         show(_connected(address, pool.slots))
         yield pool
+
+
+def _none_at(address: str) -> str:
+    if address == LOCAL:
+        return "no Ray cluster of this machine, which may be too busy or lack memory"
+    return f"no Ray cluster at {address}"
 
 
 def _check_reachable(address: str, within: float = 5.0) -> None:

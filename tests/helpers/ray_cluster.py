@@ -19,6 +19,7 @@ _ENVIRONMENT = {
 def ray_cluster(*nodes: dict[str, Any]) -> Iterator[Any]:
     """Yield a `ray.cluster_utils.Cluster`: a head without CPUs, and nodes with some arguments."""
     os.environ.update(_ENVIRONMENT)
+    os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # as `cluster_pool` does
     from ray.cluster_utils import Cluster
 
     head = {"num_cpus": 0, "include_dashboard": False}

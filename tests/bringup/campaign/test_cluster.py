@@ -238,3 +238,20 @@ def test_no_cluster_at_an_address_is_an_error(address: str, problem: str, workin
         cluster_pool(address, _campaign(working, 1), 1, print),
     ):
         pass
+
+
+def test_a_cluster_that_does_not_start_is_an_error(
+    working: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    import ray
+
+    def init(**options: Any) -> None:
+        raise Exception("The current node timed out during startup. This could happen because")
+
+    monkeypatch.setattr(ray, "init", init)
+    problem = "may be too busy or lack memory: The current node timed out during startup$"
+    with (
+        pytest.raises(ArjunaError, match=problem),
+        cluster_pool("auto", _campaign(working, 1), 1, print),
+    ):
+        pass
