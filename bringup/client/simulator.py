@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import itertools
 import math
+import re
 from collections.abc import Sequence
 from html import escape
 from pathlib import Path
@@ -40,6 +41,10 @@ from arjuna_core.files.input_file import read_text
 from arjuna_core.ros.convert import quaternion, yaw
 from arjuna_core.se2 import SE2
 from bringup.client.session import ClientError, Connection
+
+_MESHES = re.compile(
+    r"""(?:<mesh\b[^>]*\bfilename=["']|<mesh>(?:\s*<scale>[^<]*</scale>)?\s*<uri>)([^"'<]+)"""
+)
 
 
 class SimulatorError(ClientError):
@@ -190,7 +195,8 @@ def pose_at(x: float, y: float, z: float, heading: float) -> Pose:
 def resource_of(what: str) -> Resource:
     """Return what to spawn: a file of this machine as its text, else the words as a URI.
 
-    A file that refers to meshes is named instead, for they lie beside it.
+    A file that refers to meshes beside it is named instead: by plain paths, or in a package that
+    the file lies in. A simulator reads no file outside of its folder, as of a launch file's /tmp.
 
     Raises:
         SimulatorError: The file cannot be read.
@@ -202,7 +208,18 @@ def resource_of(what: str) -> Resource:
         text = read_text(path, 20_000_000)
     except InputFileError as error:
         raise SimulatorError(str(error)) from error
-    return Resource(uri=str(path.resolve())) if "<mesh" in text else Resource(resource_string=text)
+    found = path.resolve()
+    if any(_lies_beside(found, name.strip()) for name in _MESHES.findall(text)):
+        return Resource(uri=str(found))
+    return Resource(resource_string=text)
+
+
+def _lies_beside(path: Path, mesh: str) -> bool:
+    scheme, is_uri, rest = mesh.partition("://")
+    if not is_uri:
+        return not mesh.startswith("/")
+    above = {folder.name for folder in path.parents}
+    return scheme in ("package", "model") and rest.partition("/")[0] in above
 
 
 def walker(name: str, path: Sequence[tuple[float, float]], speed: float, loop: bool) -> Resource:

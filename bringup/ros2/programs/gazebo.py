@@ -49,8 +49,10 @@ def serve(words: list[str]) -> None:
 
     def spawn(request: Any, response: Any) -> Any:
         resource = request.entity_resource
-        path = Path(resource.uri or _written(resource.resource_string, folder.name))
-        problem = "it starts" if wanted else unfit(path)  # who asks too early asks again
+        problem = "it starts"  # who asks too early asks again, and overwrites no robot of another
+        if not wanted:
+            path = Path(resource.uri or _written(resource.resource_string, folder.name))
+            problem = unfit(path)
         if problem:
             response.result.result = Result.RESULT_INCORRECT_STATE
             response.result.error_message = f"the world waits for a robot that drives: {problem}"

@@ -6,9 +6,13 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
+from simulation_interfaces.msg import Result
+from simulation_interfaces.srv import SpawnEntity
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
@@ -147,3 +151,45 @@ def test_a_world_with_a_robot_waits_for_no_other(
     gazebo.serve(["-r", "-s", str(world)])
     assert started == [("sim", ["--world", str(world)])]
     assert "waits" not in capfd.readouterr().out
+
+
+class _TwoAsk:
+    """A client whose service is asked twice, for a robot and for another, before it starts."""
+
+    def __init__(self, **_: object) -> None:
+        self.node, self.spawn, self.codes = self, None, list[int]()
+
+    def __enter__(self) -> _TwoAsk:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def create_service(self, _: object, name: str, spawn: Callable[[Any, Any], Any]) -> None:
+        for wheels in ("odom", "wheels"):
+            request = SpawnEntity.Request()
+            topic = f"<odometry_topic>{wheels}</odometry_topic><odometry_frame>"
+            text = BURGER.read_text().replace("<odometry_frame>", topic)
+            request.entity_resource.resource_string = text
+            self.codes.append(spawn(request, SpawnEntity.Response()).result.result)
+
+    def count_publishers(self, _: str) -> int:
+        return 0
+
+    def run_until(self, *_: object, **__: object) -> bool:
+        return True
+
+    def pause(self, _: float) -> None:
+        assert self.codes == [Result.RESULT_OK, Result.RESULT_INCORRECT_STATE]
+
+
+def test_a_robot_that_starts_keeps_its_description_when_another_comes(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    started: list[str] = []
+    monkeypatch.setattr(gazebo, "Client", _TwoAsk)
+    monkeypatch.setattr(
+        gazebo, "arjuna", lambda _, words: started.append(Path(words[3]).read_text())
+    )
+    gazebo.serve(["-s", "empty.world"])
+    assert "<odometry_topic>odom<" in started[0]
