@@ -7,6 +7,8 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
+import numpy as np
+
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.driving.steered import SteeredBase
@@ -24,6 +26,7 @@ from arjuna_sim.files.xml_file import XmlFile, root_tag
 from arjuna_sim.model.robot import RobotModel, extent, footprint
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.model.urdf import Urdf
+from arjuna_sim.model.wheels import center
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
@@ -154,29 +157,27 @@ def has_gyro(robot: RobotModel) -> bool:
     return robot.settings.first(ImuSettings) is not None
 
 
-class Steering(NamedTuple):
-    """The abilities of a steered robot.
-
-    Attributes:
-        radius: Of its tightest bend [m].
-        axle: Where its unsteered wheels are along x, in a frame [m].
-    """
-
-    radius: float
-    axle: float
+def turning_radius_of(robot: RobotModel) -> float:
+    """Return the radius of a steered robot's tightest bend; 0 of one that turns on the spot [m]."""
+    if robot.drive.kind is not DriveKind.STEERED:
+        return 0.0
+    return SteeredBase.of(robot.urdf, robot.drive).turning_radius
 
 
-def steering_of(robot: RobotModel, frame: str) -> Steering | None:
-    """Return what a steered robot can do; None of a robot that turns on the spot.
+def axle_of(robot: RobotModel, frame: str) -> float:
+    """Return where along x of a frame the wheels' line is about whose points a robot turns [m].
+
+    It is 0 of one that moves sideways, or has no wheels.
 
     Args:
         frame: As in `footprint_of`.
     """
-    if robot.drive.kind is not DriveKind.STEERED:
-        return None
-    base = SteeredBase.of(robot.urdf, robot.drive)
-    origin = robot.urdf.T_root(_link(robot, frame)).position
-    return Steering(base.turning_radius, base.axle - origin[0])
+    if moves_sideways(robot) or not robot.drive.rolling:
+        return 0.0
+    steered = robot.drive.kind is DriveKind.STEERED
+    along = [center(robot.urdf, name)[0] for name in robot.drive.rolling]
+    axle = SteeredBase.of(robot.urdf, robot.drive).axle if steered else float(np.mean(along))
+    return axle - float(robot.urdf.T_root(_link(robot, frame)).position[0])
 
 
 def moves_sideways(robot: RobotModel) -> bool:

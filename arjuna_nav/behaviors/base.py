@@ -128,7 +128,8 @@ class TimedBehavior(abc.ABC):
     ) -> BehaviorResult:
         """Return a velocity, or COLLISION_AHEAD where driving it for a time would collide."""
         duration = min(self._config.simulate_ahead_time, time_left)
-        arc = rollout(pose, velocity, duration, costmap.frame.resolution)
+        moved = self._footprint.base_velocity(velocity)
+        arc = rollout(pose, moved, duration, costmap.frame.resolution)
         if problem := collision_ahead(costmap, self._footprint, arc):
             return self._result(BehaviorStatus.COLLISION_AHEAD, problem)
         return self._result(BehaviorStatus.RUNNING, velocity=velocity)

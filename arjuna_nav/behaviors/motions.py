@@ -158,7 +158,8 @@ class AssistedTeleop(TimedBehavior):
         config = self._config
         if self._command == STILL or now - self._commanded_at > config.projection_time:
             return 0.0
-        arc = rollout(pose, self._command, config.projection_time, costmap.frame.resolution)
+        moved = self._footprint.base_velocity(self._command)
+        arc = rollout(pose, moved, config.projection_time, costmap.frame.resolution)
         hit = first_collision(costmap, self._footprint, arc)
         if hit is None:
             return 1.0

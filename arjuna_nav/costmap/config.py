@@ -48,8 +48,8 @@ class CostmapConfig:
     footprint_padding: float = param(0.01, "Added to the footprint.", unit="m")
     axle: float = param(
         0.0,
-        "Where along x of its frame a steered robot's unsteered axle is: paths are planned and"
-        " followed for it.",
+        "Where along x of its frame a robot's axle is, about whose points it turns: paths are"
+        " planned and followed for it.",
         unit="m",
     )
     body: str = param(

@@ -196,7 +196,7 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
 ) -> Parameters:
-    from arjuna_sim.inputs import footprint_of, names_of, steering_of
+    from arjuna_sim.inputs import axle_of, footprint_of, names_of, turning_radius_of
 
     robot, shipped = _named(sim), shipped_parameters()
 
@@ -218,10 +218,9 @@ def _of_another_robot(
         if not any(is_set(node, f"{prefix}{key}") for key in OUTLINE):
             outline = footprint_of(robot, frame)
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
-        if (steering := steering_of(robot, frame)) and not is_set(node, f"{prefix}axle"):
-            own = merged(own, {node: {f"{prefix}axle": round(steering.axle, 4)}})
-    steering = steering_of(robot, _base_frame(merged(parameters, own)))
-    radius = round(steering.radius, 4) if steering is not None else 0.0
+        if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
+            own = merged(own, {node: {f"{prefix}axle": axle}})
+    radius = round(turning_radius_of(robot), 4)
     if not radius:
         return own
     for node in _STEERED:
@@ -331,15 +330,14 @@ def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[
 
 def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
     """Give each parameter that contradicts the robot's steering, and the reason."""
-    from arjuna_sim.inputs import steering_of
+    from arjuna_sim.inputs import turning_radius_of
 
-    robot = _named(sim)
-    steering = steering_of(robot, _base_frame(parameters))
+    radius = turning_radius_of(_named(sim))
     for node in _STEERED:
         said = parameters.get(node, {}).get(_RADIUS, 0.0)
         where = f"{node}: {_RADIUS}"
-        if steering is None and said:
+        if not radius and said:
             yield where, f"{said:g} m, but the robot's file has no steering: it turns"
-        elif steering is not None and said < steering.radius - 1e-3:
-            bend = f"the robot's file allows bends of {steering.radius:.3g} m"
+        elif said < radius - 1e-3:
+            bend = f"the robot's file allows bends of {radius:.3g} m"
             yield where, f"{said:g} m is tighter than {bend}"

@@ -17,7 +17,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.inputs import named_robot, names_of, steering_of
+from arjuna_sim.inputs import axle_of, named_robot, names_of, turning_radius_of
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.simulation import Simulation, solo
 from tests.sim import drive_cases as cases
@@ -158,7 +158,7 @@ def test_wheels_that_each_steer_move_in_any_direction(
     robot = load_robot(SWERVE[name].write(tmp_path), SearchPath())
     assert robot.drive.kind is DriveKind.SWERVE
     assert not any("not simulated: " in note for note in texts(robot.notes))
-    assert steering_of(robot, "") is None
+    assert (turning_radius_of(robot), axle_of(robot, "")) == (0.0, 0.0)
     sim = simulator(robot=tmp_path / "made.urdf")
     start = run(sim, 1.0, command)  # its wheels point there by then
     for _ in range(2):  # and the other way about, for which they roll backwards
@@ -395,8 +395,14 @@ def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
 @pytest.mark.parametrize("limit", [0.5, 0.95])
 def test_a_steered_robots_bend_is_that_of_its_inner_wheel(tmp_path: Path, limit: float) -> None:
     robot = named_robot(str(car("gz", limit=limit).write(tmp_path)), "")
-    steering = steering_of(robot, "base")
-    assert steering is not None
-    assert steering.radius == pytest.approx(0.36 / math.tan(limit) + 0.12)
-    assert steering.axle == pytest.approx(-0.16)
-    assert steering_of(named_robot("", ""), "base_link") is None
+    assert turning_radius_of(robot) == pytest.approx(0.36 / math.tan(limit) + 0.12)
+    assert axle_of(robot, "base") == pytest.approx(-0.16)
+
+
+def test_a_robot_turns_about_the_middle_of_its_wheels() -> None:
+    robot = named_robot("", "")
+    assert turning_radius_of(robot) == 0.0
+    assert axle_of(robot, "base_link") == pytest.approx(0.0, abs=1e-9)
+    assert axle_of(robot, "lidar_link") == pytest.approx(
+        -robot.urdf.T_root("lidar_link").position[0]
+    )
