@@ -122,7 +122,10 @@ class ContactLayer(Layer):
         if not commands:
             return False
         pushed = np.mean([(one.x, one.y) for one in commands], axis=0) * min(period, 1.0)
-        if since is None or not self._is_at(since, pose) or float(pushed @ self._pushed) < 0.0:
+        if since is None or not self._is_at(since, pose):
+            self._since, self._pushed = pose, np.zeros(2)  # what was commanded has moved it
+            return False
+        if float(pushed @ self._pushed) < 0.0:
             self._since, self._pushed = pose, np.zeros(2)
         self._pushed = self._pushed + pushed
         if float(np.hypot(*self._pushed)) < self.config.commanded_distance:

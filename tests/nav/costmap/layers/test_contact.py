@@ -140,3 +140,14 @@ def test_contacts_stay_in_the_fixed_frame_as_odometry_drifts() -> None:
     found = marks(layered, slipped)
     assert len(found) >= 3
     assert np.abs(found[:, 0] - 0.225).max() < 0.07
+
+
+def test_what_was_commanded_on_the_way_to_a_place_stops_it_not_there() -> None:
+    """The clock stood still while it drove on."""
+    layered, pose = costmap(), START
+    layered.group.start(0.0)
+    for now in (0.1, 4.1):
+        layered.receive("contact_layer", "commands", Velocity(0.45))
+        layered.update(pose, now)
+        pose = pose @ SE2(0.2)
+    assert not len(marks(layered))
