@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import importlib
+import os
 import signal
 import subprocess
 
 import pytest
 from nav2_simple_commander.utils import find_os_processes, kill_os_processes
+
+from tests.helpers.processes import wait_until
 
 _ACTIONS = (
     "AssistedTeleop BackUp ComputePathThroughPoses ComputePathToPose FollowGPSWaypoints FollowPath "
@@ -58,6 +61,8 @@ def test_processes_are_ended_by_the_beginning_of_their_commands(
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     sleeper = subprocess.Popen(["sleep", "61.25"])
+    # The kernel shows a new program's words a moment after it has begun.
+    wait_until(lambda: find_os_processes("sleep 61.25"), os.sched_yield, "the sleeper's command")
     assert find_os_processes("sleep 61.25") == [(str(sleeper.pid), "sleep 61.25")]
     assert find_os_processes("") == []
     kill_os_processes("sleep 61.25")
