@@ -186,5 +186,6 @@ def test_runs_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> N
         assert re.fullmatch(LINES[line], first)
         process.process.send_signal(signal.SIGINT)
         of_a_node = line.startswith("run ")  # `launch` calls any other end of one a death
-        assert process.read_to_end() == (0 if of_a_node else signal.SIGINT)
+        expected = 0 if of_a_node else signal.SIGINT
+        assert process.read_to_end() == expected, process.seen
         assert not [text for text in process.seen if "Traceback" in text]
