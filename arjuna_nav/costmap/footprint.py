@@ -98,9 +98,9 @@ class Footprint:
         """Return the outline of a robot that moves along its heading at another point."""
         if not axle:
             return self
-        points = self.points - (axle, 0.0)
-        inner = min(self.inscribed_radius, float(_edge_distances(points).min()))
-        outer = max(self.circumscribed_radius, float(np.hypot(*points.T).max()))
+        seen = Footprint.polygon(self.points - (axle, 0.0))
+        inner = min(self.inscribed_radius, seen.inscribed_radius)
+        outer = max(self.circumscribed_radius, seen.circumscribed_radius)
         return Footprint(self.points, inner, outer, circular=False, axle=axle)
 
     @property
