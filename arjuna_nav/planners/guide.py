@@ -58,7 +58,7 @@ def guide(
     exits = seeds[:, :2].astype(np.int64)
     first = int(exits[0, 0]), int(exits[0, 1])
     within = () if slack is None else corridors(data, costs, first, goal, slack, width)
-    if within is not None and np.isfinite(costs[data[goal]]):
+    if within is not None and np.isfinite(costs[data[goal]]) and query.fits(goal):
         remaining = guided(
             lambda one: _costs_remaining(data, costs, goal, one, coarseness),
             lambda potential: float(potential[first]),

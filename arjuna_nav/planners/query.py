@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -31,6 +31,7 @@ class Query:
         allow_unknown: True where paths may cross unknown space.
         tolerance: Greatest distance of the path's end from a blocked goal [m].
         ends_along: True where the path ends in its own direction.
+        fits: Whether the robot may stand in a cell where the path ends.
     """
 
     costmap: Costmap
@@ -41,25 +42,25 @@ class Query:
     allow_unknown: bool
     tolerance: float
     ends_along: bool = False
+    fits: Callable[[Cell], bool] = lambda cell: True
 
     def reachable_end(self, values: Singles) -> Cell | None:
-        """Return the goal's cell, or the reached cell nearest to it within the tolerance.
+        """Return the goal's cell, or the reached cell nearest to it within the tolerance that fits.
 
         Args:
             values: `(height, width)` cost to reach each cell, inf where none is known.
         """
         goal = self.goal_cell
-        if math.isfinite(values[goal]):
+        if math.isfinite(values[goal]) and self.fits(goal):
             return goal
         reach = int(self.tolerance / self.costmap.frame.resolution)
         row0, column0 = max(goal[0] - reach, 0), max(goal[1] - reach, 0)
         window = values[row0 : goal[0] + reach + 1, column0 : goal[1] + reach + 1]
         cells = np.argwhere(np.isfinite(window)) + np.array([row0, column0])
         distances = np.hypot(*(cells - np.array(goal)).T)
-        if not len(cells) or distances.min() > reach:
-            return None
-        row, column = cells[np.lexsort((values[tuple(cells.T)], distances))[0]]
-        return int(row), int(column)
+        order = np.lexsort((values[tuple(cells.T)], distances))
+        near = cells[order[distances[order] <= reach]].tolist()
+        return next(((row, column) for row, column in near if self.fits((row, column))), None)
 
     def approach(self, costs: Singles, seeds: Floats) -> Singles:
         """Return the potential as far as the goal or the reachable cell nearest to it.
@@ -82,6 +83,12 @@ class Query:
         if _blocks(goal_cost, self.allow_unknown):
             message = (
                 f"{_named('goal', self.goal)} has cost {goal_cost}, nothing reachable {tolerance}"
+            )
+            return PlanResult.failed(PlanStatus.GOAL_OCCUPIED, message)
+        if not self.fits(self.goal_cell):
+            message = (
+                f"at {_named('goal', self.goal)} with its heading the outline touches something, so"
+                f" it does wherever can be reached {tolerance}"
             )
             return PlanResult.failed(PlanStatus.GOAL_OCCUPIED, message)
         message = (

@@ -259,8 +259,7 @@ class SmacLattice(PoseSearch):
         costs = (*factors, config.rotation_penalty)
         moves = laid_out(lattice, first[2], self._reverse, costs)
         turn = wrap(moves.angles[moves.start] - first[2])
-        terrain = self._terrain(costmap, np.empty((0, 0), np.float32))
-        if lattice.spins and can_turn(first, turn, terrain):
+        if lattice.spins and can_turn(first, turn, self._terrain(costmap)):
             return moves
         return moves.turned(-turn)
 

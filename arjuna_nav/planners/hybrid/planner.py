@@ -19,7 +19,7 @@ from arjuna_nav.planners.escape import lead_out
 from arjuna_nav.planners.guide import Guide, guide
 from arjuna_nav.planners.hybrid.config import HybridConfig, PoseSearchConfig
 from arjuna_nav.planners.hybrid.moves import Moves, arcs
-from arjuna_nav.planners.hybrid.search import Rules, Terrain, search
+from arjuna_nav.planners.hybrid.search import Rules, Terrain, cost_at, search
 from arjuna_nav.planners.hybrid.shortcuts import driven
 from arjuna_nav.planners.nearby import Plan, coarser, finer, nearby_first
 from arjuna_nav.planners.pose_table import PoseTable
@@ -45,15 +45,16 @@ class PoseSearch(abc.ABC):
     def __init__(self, config: PoseSearchConfig, footprint: Footprint) -> None:
         self._config = config
         self._footprint = footprint
-        self._kept: dict[tuple[Cell, GridFrame, float | None], Guide] = {}
+        self._kept: dict[tuple[SE2, GridFrame, float | None], Guide] = {}
 
     def plan(self, costmap: Costmap, start: SE2, goal: SE2) -> PlanResult:
         """Plan between two poses in the costmap's frame.
 
-        Where the goal is blocked or cannot be reached, the path ends at the reachable pose nearest
-        to it within `tolerance`, with the goal's heading. A start whose outline touches something
-        is led off it first as the robot can drive, or where that is not possible and its centre
-        lies within the inscribed radius of an obstacle, in a straight line from cell to cell.
+        Where the goal is blocked, for the outline too, or cannot be reached, the path ends at the
+        reachable pose nearest to it within `tolerance`, with the goal's heading. A start whose
+        outline touches something is led off it first as the robot can drive, or where that is not
+        possible and its centre lies within the inscribed radius of an obstacle, in a straight line
+        from cell to cell.
         """
         config = self._config
         radius, reach = config.minimum_turning_radius, min(_LEAD, config.escape_radius)
@@ -68,11 +69,13 @@ class PoseSearch(abc.ABC):
 
     def _plan(self, costmap: Costmap, start: SE2, goal: SE2) -> Plan:
         config = self._config
-        query = ask(config, costmap, start, goal)
-        if isinstance(query, PlanResult):
-            return Plan(query)
-        escape, first = _first(query)
+        asked = ask(config, costmap, start, goal)
+        if isinstance(asked, PlanResult):
+            return Plan(asked)
+        escape, first = _first(asked)
         rules, moves = self._rules(costmap), self._moves(costmap, first)
+        terrain = self._terrain(costmap)
+        query = replace(asked, fits=lambda cell: self._fits(asked, cell, moves, terrain))
         heading, first[2] = first[2], moves.angles[moves.start]
         looked = 0
         # On large maps only the best estimate is considered first: slack 0.
@@ -82,7 +85,7 @@ class PoseSearch(abc.ABC):
             if isinstance(found, PlanResult):
                 return Plan(found)
             ends, coarse = self._ends(query, found.end, moves)
-            terrain = self._terrain(costmap, found.remaining)
+            terrain = terrain._replace(remaining=found.remaining / np.float32(NEUTRAL))
             remaining = rules._replace(limit=rules.limit - looked, coarse=coarse)
             nodes, row, curve, more = search(first, ends, terrain, remaining, moves)
             looked += more
@@ -109,13 +112,13 @@ class PoseSearch(abc.ABC):
         self, query: Query, seeds: Floats, slack: float | None, radius: float
     ) -> Guide | PlanResult:
         """Return the costs left to the goal, those of an earlier plan to it where they are kept."""
-        key, first = (query.goal_cell, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
+        key, first = (query.goal, query.costmap.frame, slack), tuple(seeds[0, :2].astype(int))
         kept = self._kept.get(key)
         if kept is not None and np.isfinite(kept.remaining[first]):
             return kept
         found = guide(query, self._costs(), seeds, slack, radius, self._coarseness)
         if isinstance(found, Guide) and self._config.cache_obstacle_heuristic:
-            if any(goal != query.goal_cell for goal, _, _ in self._kept):
+            if any(goal != query.goal for goal, _, _ in self._kept):
                 self._kept.clear()
             self._kept[key] = found
         return found
@@ -150,11 +153,16 @@ class PoseSearch(abc.ABC):
         costs = NEUTRAL * (self._straight + self._config.cost_penalty * share)
         return closed(costs, self._config.allow_unknown)
 
-    def _terrain(self, costmap: Costmap, remaining: Singles) -> Terrain:
-        """Return where the robot drives, with the cost left to the end from each cell."""
+    def _fits(self, query: Query, cell: Cell, moves: Moves, terrain: Terrain) -> bool:
+        """Return whether the robot may end in a cell with one of the goal's headings."""
+        ends, _ = self._ends(query, cell, moves)
+        return any(cost_at(x, y, theta, terrain) < math.inf for x, y, theta in ends)
+
+    def _terrain(self, costmap: Costmap) -> Terrain:
+        """Return where the robot drives; the cost left to the end from each cell is to be added."""
         return Terrain(
             costmap.data,
-            remaining / np.float32(NEUTRAL),
+            np.empty((0, 0), np.float32),
             self._footprint.points / costmap.frame.resolution,
             self._footprint.circular,
             costmap.circumscribed_cost,

@@ -330,10 +330,17 @@ def _direct_to(pose: Floats, goal: Floats, terrain: Terrain, rules: Rules) -> tu
 
 @njit(cache=True)
 def _free(poses: Floats, terrain: Terrain, most: float) -> Floats:
-    """Return poses if all may be driven and none costs more than the most, else none."""
-    for reached in poses:
-        if cost_at(reached[0], reached[1], reached[2], terrain) > most:
+    """Return poses if all may be driven, else none; above the most only at their end.
+
+    Source: nav2_smac_planner's analytic expansion: a goal may lie where all costs more, which a
+        curve then enters once.
+    """
+    entered = False
+    for k in range(len(poses) - 1, -1, -1):
+        cost = cost_at(poses[k, 0], poses[k, 1], poses[k, 2], terrain)
+        if cost == np.inf or (entered and cost > most):
             return poses[:0]
+        entered = entered or cost <= most
     return poses
 
 

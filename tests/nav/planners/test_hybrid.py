@@ -190,6 +190,35 @@ def test_only_who_drives_back_leaves_a_pocket() -> None:
     assert hit is None
 
 
+@pytest.mark.parametrize("name", ["smac hybrid", "smac lattice"])
+def test_a_goal_among_costs_above_those_of_direct_curves_is_reached(name: str) -> None:
+    costmap, goal = costmap_of(empty_grid(8.0, 6.0)), SE2(6.0, 4.7, 0.6)
+    costmap.data[:, 100:] = 220
+    result = make(name, max_iterations=5000).plan(costmap, SE2(1.0, 1.0), goal)
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    np.testing.assert_allclose(result.path[-1], goal.array(), atol=1e-9)
+
+
+def test_where_the_outline_touches_at_the_goal_the_path_ends_beside_it() -> None:
+    block(grid := empty_grid(8.0, 6.0), 0.0, 5.0, 8.0, 0.2)
+    costmap, footprint = costmap_of(grid, footprint=str(LONG.tolist())), Footprint.polygon(LONG)
+    start, goal = SE2(2.0, 3.0), SE2(6.0, 4.75, 0.5 * math.pi)  # 0.2 m too near, head on
+
+    def planned(**values: Any) -> PlanResult:
+        planner = make("smac hybrid", footprint, max_iterations=5000, **values)
+        return planner.plan(costmap, start, goal)
+
+    result = planned()
+    assert result.status is PlanStatus.SUCCEEDED, result.message
+    assert first_collision(costmap, footprint, result.path) is None
+    x, y, heading = result.path[-1]
+    assert 0.15 < math.hypot(x - goal.x, y - goal.y) <= 0.25
+    assert heading == pytest.approx(goal.theta)
+    result = planned(tolerance=0.1)
+    assert result.status is PlanStatus.GOAL_OCCUPIED
+    assert "with its heading the outline touches something" in result.message
+
+
 @pytest.mark.parametrize("origin", [SE2(), SE2(-3.0, 2.0, 0.8), SE2(1.0, 1.0, -2.5)])
 def test_plans_wherever_the_grid_lies(origin: SE2) -> None:
     result, hit = hybrid("free", SE2(1.0, 1.0), SE2(4.0, 2.0, 1.0), origin=origin)
