@@ -27,6 +27,14 @@ def write(text: str) -> None:
         os.kill(os.getpid(), signal.SIGTERM)
 
 
+def is_read() -> bool:
+    """Return whether a page of output would be taken now: not by a full pipe or a held terminal."""
+    try:
+        return bool(select.select([], [sys.stdout], [], 0.0)[1])
+    except (OSError, ValueError):  # no file of the system's
+        return True
+
+
 def stopped_by_signals() -> threading.Event:
     """Return an event that Ctrl-C and a request to terminate set, from now on."""
     stop = threading.Event()

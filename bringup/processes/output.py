@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import select
 import shutil
 import sys
 import time
@@ -17,7 +18,7 @@ from logging.handlers import RotatingFileHandler
 from pathlib import Path
 from typing import Any
 
-from bringup.terminal import show, write
+from bringup.terminal import is_read, write
 
 RUNS_KEPT = 20
 _RUN = re.compile(r"\d{8}-\d{6}-[a-z-]+(-\d+)?")
@@ -183,11 +184,15 @@ class StartUp:
 
 
 class Output(ABC):
-    """Takes what a supervisor and its processes report, and what waits for a patience [s]."""
+    """Takes what a supervisor and its processes report, and what waits for a patience [s].
+
+    What nobody reads is left out, and said once somebody does: the robot does not wait for them.
+    """
 
     def __init__(self, start_up: StartUp, log: RunLog, patience: float = 3.0) -> None:
         self.start_up = start_up
         self._log, self._patience = log, patience
+        self._unread = 0
 
     def line(self, process: str, text: str) -> None:
         """Show a line of a process's log."""
@@ -211,11 +216,22 @@ class Output(ABC):
     def tick(self) -> None:
         """Say what has been waited for long, and when all are up; called several times a second."""
         now = time.monotonic()
+        if self._unread and is_read():
+            unread, self._unread = self._unread, 0
+            self.line(OWN, f"{unread} lines that nobody read are left out; log: {self._log.path}")
         if (overdue := self.start_up.overdue(now, self._patience)) is not None:
             self.line(OWN, f"waiting for {overdue}")
         if (duration := self.start_up.came_up(now)) is not None:
             self.show_event(OWN, {"state": "active", "seconds": round(duration, 2)})
             self.line(OWN, f"{self.start_up.nodes} nodes active after {duration:.1f} s")
+
+    def _print(self, text: str) -> None:
+        """Print a text, in parts that a pipe takes whole (PIPE_BUF of pipe(7)), unless unread."""
+        for start in range(0, len(text), select.PIPE_BUF // 4):
+            if self._unread or not is_read():
+                self._unread += text.endswith("\n")
+                return
+            write(text[start : start + select.PIPE_BUF // 4])
 
     @abstractmethod
     def show_line(self, process: str, text: str, level: str) -> None:
@@ -235,7 +251,7 @@ class JsonOutput(Output):
 
     def show_event(self, process: str, event: dict[str, Any]) -> None:
         """Print an event."""
-        show(json.dumps({"time": round(time.time(), 3), "process": process, **event}))
+        self._print(json.dumps({"time": round(time.time(), 3), "process": process, **event}) + "\n")
 
 
 class TextOutput(Output):
@@ -252,9 +268,9 @@ class TextOutput(Output):
         color = _COLORS.get(level, "") if self._colored else ""
         shown = f"[{process}] {text}"
         if self._progress:
-            write(_ERASE)
-        show(f"{color}{shown}{_PLAIN}" if color else shown)
-        write(self._progress)
+            self._print(_ERASE)
+        self._print(f"{color}{shown}{_PLAIN}\n" if color else f"{shown}\n")
+        self._print(self._progress)
 
     def show_event(self, process: str, event: dict[str, Any]) -> None:
         """Redraw the progress."""
@@ -264,7 +280,7 @@ class TextOutput(Output):
         elapsed = self.start_up.elapsed(time.monotonic())
         width = shutil.get_terminal_size().columns - 1
         self._progress = f"{elapsed:.1f} s, waiting for {waiting}"[:width] if waiting else ""
-        write(_ERASE + self._progress)
+        self._print(_ERASE + self._progress)
 
     def tick(self) -> None:
         """Redraw the progress also where nothing came."""

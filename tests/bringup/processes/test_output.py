@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Iterator
 from datetime import datetime, timezone
 from pathlib import Path
@@ -65,6 +66,29 @@ def test_on_a_terminal_levels_have_colours_and_progress_is_the_last_line(
     assert f"\033[33m[nav] {WARNING}\033[0m\n" in shown
     assert "waiting for nav: imports its nodes" in shown.split("\n")[1]
     assert shown.endswith("\r\033[K")
+
+
+def test_a_run_does_not_wait_for_a_reader(log: RunLog, monkeypatch: pytest.MonkeyPatch) -> None:
+    read, written = os.pipe()
+    lines = [f"[WARN] [1.5] [amcl]: {number} {'x' * 5000}" for number in range(40)]
+    with os.fdopen(read) as reader, os.fdopen(written, "w") as pipe:
+        monkeypatch.setattr("sys.stdout", pipe)
+        output = TextOutput(StartUp([], 0.0), log)
+        for line in lines:  # more than a pipe holds
+            output.line("nav", line)
+        output.tick()
+        os.set_blocking(read, False)
+        shown = reader.read()
+        output.tick()
+        output.line("nav", "and on")
+        end = reader.read().splitlines()
+    whole = shown.count("x\n")
+    assert shown.startswith(f"[nav] {lines[0]}\n[nav] {lines[1]}\n")
+    assert 0 < whole < 40
+    assert f"[bringup] {40 - whole} lines that nobody read are left out; log: " in end[-2]
+    assert end[-1] == "[nav] and on"
+    assert log.path is not None
+    assert lines[-1] in log.path.read_text()
 
 
 def up(start_up: StartUp, name: str, *nodes: str) -> None:
