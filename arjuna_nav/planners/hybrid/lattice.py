@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import math
 import os
 from dataclasses import dataclass
@@ -113,15 +112,11 @@ def _bend(angle: float, turn: float, radius: float) -> Floats:
     before = np.array([math.cos(angle), math.sin(angle)])
     after = np.array([math.cos(angle + turn), math.sin(angle + turn)])
     tangent = radius * math.tan(abs(turn) / 2.0)
-    reach = math.ceil(4.0 * tangent) + 4
-    best: tuple[float, float, float] | None = None
-    for x, y in itertools.product(range(-reach, reach + 1), repeat=2):
-        there, here = np.linalg.solve(np.column_stack((before, after)), (x, y))  # along each
-        if min(there, here) >= tangent - 1e-9 and (best is None or there + here < best[0]):
-            best = there + here, there, here
-    if best is None:
-        raise AssertionError("a bend always fits into four times its tangent")
-    _, there, here = best
+    reach = math.ceil(4.0 * tangent) + 4  # where a bend always fits
+    ends = np.mgrid[-reach : reach + 1, -reach : reach + 1].reshape(2, -1)
+    along = np.linalg.solve(np.column_stack((before, after)), ends)  # each direction
+    fits = along.min(axis=0) >= tangent - 1e-9
+    there, here = along[:, np.argmin(np.where(fits, along.sum(axis=0), np.inf))].tolist()
     tight = min(there, here)
     bent = tight / math.tan(abs(turn) / 2.0)
     parts = ((there - tight, 0.0), (bent * abs(turn), turn), (here - tight, 0.0))
