@@ -172,7 +172,7 @@ class DwbConfig(PluginConfig):
     prune_distance: float = length_param(2.0, "How far along the path the robot is looked for.")
     forward_prune_distance: float = length_param(2.0, "How much of the path counts.")
     xy_goal_tolerance: float | None = param(
-        None, "Distance that RotateToGoal takes as arrived; the goal checker's if none.", unit="m"
+        None, "Distance that RotateToGoal takes as arrived, the goal checker's at most.", unit="m"
     )
     trans_stopped_velocity: float = speed_param(0.25, "Speed that counts as standing.")
     short_circuit_trajectory_evaluation: bool = param(

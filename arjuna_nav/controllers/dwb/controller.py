@@ -54,7 +54,8 @@ class Dwb(PathController):
         self, config: DwbConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
     ) -> None:
         given = config.xy_goal_tolerance
-        tolerance = xy_goal_tolerance if given is None else given
+        # A greater one than the goal checker's would leave it turning short of the goal for ever.
+        tolerance = xy_goal_tolerance if given is None else min(given, xy_goal_tolerance)
         super().__init__(config, footprint, tolerance, period, TrackedPath(config.prune_distance))
         self._sim_period: float | None = None
         if config.trajectory_generator_name.endswith("LimitedAccelGenerator"):

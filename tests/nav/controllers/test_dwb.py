@@ -306,6 +306,14 @@ def test_of_fewer_samples_than_two_it_takes_two() -> None:
     assert "every one of 5 velocities" in result.message
 
 
+@pytest.mark.parametrize("tolerance", [None, 0.1, 0.5])
+def test_no_tolerance_stops_it_short_of_the_goal_checkers(tolerance: float | None) -> None:
+    far = SE2((LAST + 0.5) * 0.05 - 0.3, (ROW + 0.5) * 0.05)
+    velocity = Case(DwbConfig(xy_goal_tolerance=tolerance), far, STILL).chosen()
+    assert velocity is not None
+    assert velocity.x > 0.0
+
+
 BACK, FORTH, STRAFE_RIGHT, STRAFE_LEFT, RIGHT, LEFT = range(6)
 V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
 
