@@ -84,6 +84,20 @@ def test_another_robot_has_its_own_outline_as_its_body_too() -> None:
     assert body_of([*words, "--param", f"footprint:={wide}"]) == ""
 
 
+@pytest.mark.parametrize("sight", [3.5, 10.0, 30.0])
+def test_a_robot_explores_as_far_from_things_as_its_lidar_sees(
+    tmp_path: Path, sight: float
+) -> None:
+    """Sent to 15 m from all there was, one whose lidar saw 3.5 m no longer knew where it was."""
+    text = shipped_file("urdf/burger.urdf").read_text(encoding="utf-8")
+    file = tmp_path / "burger.urdf"
+    file.write_text(text.replace("<max>3.5</max>", f"<max>{sight}</max>", 1), encoding="utf-8")
+    key, words = "exploration.max_open_distance", ["demo", "--robot", str(file)]
+    assert gather(parse(words))["explorer"][key] == sight
+    own = gather(parse([*words, "--param", f"explorer:{key}:=7.0"]))["explorer"]
+    assert own[key] == 7.0
+
+
 def test_polygons_and_parts_beyond_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     square = "[[0.18, 0.2], [0.18, -0.2], [-0.18, -0.2], [-0.18, 0.2]]"
     body_of(["demo", "--params", of_radius(tmp_path, f"footprint: '{square}'", ("global",))])
