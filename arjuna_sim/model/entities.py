@@ -63,6 +63,7 @@ class Entity:
         spawned: Whether a client put it there, rather than the world's file.
         category: What kind of thing it is.
         description: One line on where it comes from.
+        notes: What of its file is not as it says, a line each.
     """
 
     name: str
@@ -76,6 +77,7 @@ class Entity:
     spawned: bool = False
     category: Category = Category.STATIC_OBJECT
     description: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def body(self) -> str:

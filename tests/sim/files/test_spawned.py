@@ -196,6 +196,7 @@ def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.Mon
         (NoteKind.MISSING, Fault.MISSING_ASSETS),
         (NoteKind.UNSUPPORTED, Fault.UNSUPPORTED_ASSETS),
         (NoteKind.BROKEN, Fault.RESOURCE_PARSE_ERROR),
+        (NoteKind.UNDRAWN, Fault.MISSING_ASSETS),
     ],
 )
 def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fault: Fault) -> None:
@@ -267,6 +268,20 @@ def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> N
     with pytest.raises(ResourceError, match=r"mesh 'none.stl' does not exist") as caught:
         read_entity("", text, _library(tmp_path))
     assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+@pytest.mark.parametrize("text", [sdf(model(SOLID + DRAWN)), urdf()])
+@pytest.mark.parametrize("look", ["none.stl", "none.skp", "notes.stl", "../../up.stl"])
+def test_what_is_only_seen_is_left_out_of_what_is_spawned(
+    tmp_path: Path, text: str, look: str
+) -> None:
+    """Gazebo spawns it without: robots of others lack a mesh that was only drawn."""
+    (tmp_path / "notes.stl").write_text("x")
+    mesh = f"<mesh filename='{look}'><uri>{look}</uri></mesh>"
+    visual = f"<visual name='lost'><geometry>{mesh}</geometry></visual>"
+    found = read_entity("", text.replace("<collision", f"{visual}<collision"), _library(tmp_path))
+    assert (len(found.solid), len(found.notes)) == (1, 1)
+    assert f"'{look}'" in found.notes[0]
 
 
 @pytest.mark.parametrize("name", ["it does not exist", "left out", "not simulated"])
