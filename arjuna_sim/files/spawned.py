@@ -170,12 +170,18 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
 
 def _of_model(xml: XmlFile, world: World, undrawn: tuple[str, ...]) -> Entity:
     name = xml.attribute(xml.child(xml.root, "model", "sdf"), "name", "a model")
-    if all(body.model == GROUND for body in world.bodies):
+    bodies = [body for body in world.bodies if body.model != GROUND]
+    if not bodies:
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
-    model = entity_of_model(world, name)
-    movable = world.movable.get(name)
-    entity = _entity(name, model.solid, model.drawn, movable.mass if movable else 0.0)
-    return dataclasses.replace(entity, notes=undrawn)
+    parts = dict.fromkeys(body.model for body in bodies)
+    T_world_model = world.models[next(iter(parts))][0].T_world_model
+    own = [dataclasses.replace(b, model=name, T_world_model=T_world_model) for b in bodies]
+    model = entity_of_model(dataclasses.replace(world, bodies=tuple(own)), name)
+    moves = all(part in world.movable for part in parts)
+    mass = sum(world.movable[part].mass for part in parts) if moves else 0.0
+    entity = _entity(name, model.solid, model.drawn, mass)
+    stiff = ("its joints do not move: what is spawned is one body",) * (len(parts) > 1)
+    return dataclasses.replace(entity, notes=(*undrawn, *stiff))
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:

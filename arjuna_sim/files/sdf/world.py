@@ -27,7 +27,13 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.robots_in_world import is_mover, models_by_name, read_mover, robots_of
+from arjuna_sim.files.sdf.robots_in_world import (
+    driven_joints,
+    is_mover,
+    models_by_name,
+    read_mover,
+    robots_of,
+)
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
@@ -294,15 +300,20 @@ class _Reader:
         name = self._free_name(xml.attribute(model, "name", "a model"))
         links, joints = self._models.read(xml, model, pose, placed)
         joints += self._held.pop(name, [])
-        for group in rigid_groups(xml, f"model '{name}'", links, joints):
+        names: list[str] = []
+        is_robot = any(model is each for each in self.known)
+        driven = driven_joints(model, [joint.name for joint in joints], is_robot)
+        for group in rigid_groups(xml, f"model '{name}'", links, joints, driven):
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast
             called = name
             if (moves and name in self.movable) or group.hinge is not None:
                 called = self._free_name(f"{name}::{group.links[0].name}")
+            names.append(called)
             if moves:
                 floats = all(link.floats for link in group.links)
-                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
+                on = "" if group.on is None else names[group.on]
+                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats, on)
                 if is_mover(model) and called == name:
                     self.movers[name] = read_mover(xml, model, name)
                     self.known.append(model)
