@@ -46,7 +46,8 @@ class ExplorationConfig:
     max_open_distance: float = length_param(
         12.0,
         "Distance to the nearest obstacle from which a frontier is left out: a lidar sees nothing"
-        " there, and open ground may have no end. That of a robot's file is its lidar's range.",
+        " there, or too little, and open ground may have no end. Of a robot whose file has a lidar"
+        " that sees less far it is that range.",
     )
     blacklist_radius: float = length_param(
         0.5, "Distance to a goal tried before within which a cell is ruled out."

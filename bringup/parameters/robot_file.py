@@ -198,6 +198,7 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
 ) -> Parameters:
+    from arjuna_nav.exploration.frontiers import ExplorationConfig
     from arjuna_sim.inputs import axle_of, footprint_of, names_of, sight_of, turning_radius_of
 
     robot, shipped = _named(sim), shipped_parameters()
@@ -222,7 +223,8 @@ def _of_another_robot(
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
         if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
             own = merged(own, {node: {f"{prefix}axle": axle}})
-    if (sight := sight_of(robot)) and not is_set("explorer", _OPEN):
+    sight = sight_of(robot)
+    if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
         own = merged(own, {"explorer": {_OPEN: sight}})
     radius = round(turning_radius_of(robot), 4)
     if not radius:
