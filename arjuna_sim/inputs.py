@@ -129,6 +129,12 @@ def _scans(robot: RobotModel) -> dict[str, None]:
     return dict.fromkeys(s.topic for s in level_lidars(robot.settings.sensors, robot.urdf))
 
 
+def sight_of(robot: RobotModel) -> float:
+    """Return how far the lidar sees that a robot maps by; 0 where it has none [m]."""
+    lidars = level_lidars(robot.settings.sensors, robot.urdf)
+    return lidars[0].range_max if lidars else 0.0
+
+
 class Heights(NamedTuple):
     """Heights in the frame of a robot's root.
 

@@ -42,7 +42,7 @@ def leaves(poses: Floats, costmap: Costmap, body: Footprint, error: float = 0.01
     points = costmap.obstacles(start.x, start.y, length + body.circumscribed_radius + 2.0 * cell)
     points = _with_middles(points, cell)
     points = points[~body.holds(start.inverse().apply(points))]
-    inner = body.scaled(max(1.0 - error / body.inscribed_radius, 0.5))
+    inner = body.widened(-error, least=0.5)
     return bool(first_contact(poses, points, inner.points) == len(poses))
 
 

@@ -85,7 +85,7 @@ class Escape:
         self._config, self._tracking = config, tracking
         self._footprint, self._body = footprint, body
         self._tracker, self._radius = Tracker(tracking, radius=radius), radius
-        self._outline = body.scaled(1.0 + config.gap_margin / body.inscribed_radius).points
+        self._outline = body.widened(config.gap_margin).points
         (self._rear, right), (self._front, left) = (
             self._outline.min(axis=0),
             self._outline.max(axis=0),

@@ -129,6 +129,21 @@ class Footprint:
             circumscribed_radius=circumscribed,
         )
 
+    def widened(self, margin: float, least: float = 0.0) -> Footprint:
+        """Return the outline wider by a margin, by more where it is long; narrower below 0 [m].
+
+        It grows about its own middle, for the base may be at its edge.
+
+        Args:
+            least: The part of its size that is left.
+        """
+        if self.circular:
+            return self.scaled(max(1.0 + margin / self.inscribed_radius, least))
+        middle = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
+        own = self.points - middle
+        scale = max(1.0 + margin / float(_edge_distances(own).min()), least)
+        return Footprint.polygon(middle + own * scale).driven_at(self.axle)
+
     def holds(self, points: Floats) -> Bools:
         """Return which points `(N, 2) float64` of the base frame [m] lie within the outline."""
         if self.circular:

@@ -44,9 +44,10 @@ class ExplorationConfig:
         " lidar has nothing there to see where it is by.",
     )
     max_open_distance: float = length_param(
-        15.0,
-        "Distance to the nearest obstacle from which a frontier is left out: open ground may have"
-        " no end.",
+        12.0,
+        "Distance to the nearest obstacle from which a frontier is left out: a lidar sees nothing"
+        " there, or too little, and open ground may have no end. Of a robot whose file has a lidar"
+        " that sees less far it is that range.",
     )
     blacklist_radius: float = length_param(
         0.5, "Distance to a goal tried before within which a cell is ruled out."
@@ -116,8 +117,9 @@ def _near_and_open(grid: OccupancyGrid, config: ExplorationConfig) -> tuple[list
     gaps = np.zeros(len(cells))
     if len(obstacles) and len(cells):
         gaps = KDTree(obstacles).query(cells)[0] * grid.frame.resolution
-    is_near = gaps < config.open_distance
-    is_open = ~is_near & (gaps < config.max_open_distance)
+    is_seen = gaps < config.max_open_distance
+    is_near = is_seen & (gaps < config.open_distance)
+    is_open = is_seen & ~is_near
     return _clusters(grid, cells[is_near], config), _clusters(grid, cells[is_open], config)
 
 

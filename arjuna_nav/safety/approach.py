@@ -132,7 +132,7 @@ class Approach:
         if gaps.min() <= 0.0:
             return part
         if gaps.min() > room:
-            outline = outline.scaled(1.0 + room / outline.inscribed_radius)
+            outline = outline.widened(room)
         free = self._meetings(velocity, sight, outline)
         for k, contact in enumerate(free):
             if contact == math.inf:

@@ -69,33 +69,35 @@ def mesh_shape(
     size = xml.numbers(scale, 3, f"{label} scale")
     if 0.0 in size:
         raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
+    seen = NoteKind.UNDRAWN if label.endswith("visual") else None
     path = xml.find(uri, label)
     if path is None:
         option = _OPTIONS.get(uri.partition("://")[0])
         rest = "" if option is None else f"; {option} DIR finds it below DIR"
         problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
-        xml.note(f"{label}: {problem}", NoteKind.MISSING)
-        if not label.endswith("visual"):
+        xml.note(f"{label}: {problem}", seen or NoteKind.MISSING)
+        if seen is None:
             xml.missing.append(f"'{uri}'{rest}")
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(
             f"{label}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
-            NoteKind.UNSUPPORTED,
+            seen or NoteKind.UNSUPPORTED,
         )
         return None
     try:
         mesh = _mesh(xml, path, part, centred, f"{label}: mesh '{uri}'")
     except MeshError as error:
-        if not label.endswith("visual"):
+        if seen is None:
             raise xml.fail(label, f"mesh '{uri}' {error.problem}") from error
-        xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn")
+        xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn", seen)
         return None
     reach = mesh.reach * max(map(abs, size))
     if not reach <= _REACH_MAX:
         raise xml.fail(label, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
     if not surface(mesh.triangles * size) > 1e-9:
-        xml.note(f"{label}: mesh '{uri}' has no surface, so it is left out", NoteKind.BROKEN)
+        problem = f"mesh '{uri}' has no surface, so it is left out"
+        xml.note(f"{label}: {problem}", seen or NoteKind.BROKEN)
         return None
     return Shape(Kind.MESH, size, mesh)
 

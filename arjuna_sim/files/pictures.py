@@ -57,11 +57,11 @@ def _picture(xml: XmlFile, path: Path | None, uri: str, label: str) -> Picture |
         if path is not None:
             return _read(path, path.stat().st_mtime_ns)
     except InputFileError as error:
-        xml.note(f"{label}: its picture {error.problem}, so it is not drawn", NoteKind.BROKEN)
+        xml.note(f"{label}: its picture {error.problem}, so it is not drawn", NoteKind.UNDRAWN)
         return None
     if uri:
         problem = f"picture '{uri}' does not exist, so it is not drawn"
-        xml.note(f"{label}: {problem}", NoteKind.MISSING)
+        xml.note(f"{label}: {problem}", NoteKind.UNDRAWN)
     return None
 
 

@@ -40,6 +40,7 @@ _ASSET_FAULTS = {
     NoteKind.MISSING: Fault.MISSING_ASSETS,
     NoteKind.UNSUPPORTED: Fault.UNSUPPORTED_ASSETS,
     NoteKind.BROKEN: Fault.RESOURCE_PARSE_ERROR,
+    NoteKind.UNDRAWN: Fault.MISSING_ASSETS,
 }
 _PARTS_MAX = 2000
 
@@ -153,7 +154,7 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
         problem = "holds a <world>, which load_world takes; valid: one <model> or <actor>"
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
     world = read_world(xml)
-    check_assets(world.notes)
+    undrawn = _undrawn(world.notes)
     if len(xml.root.findall("model")) + len(xml.root.findall("actor")) != 1:
         raise xml.fail("sdf", "must hold one <model> or one <actor>")
     if world.actors:
@@ -164,27 +165,35 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
     if any(b.part.shape.kind is Kind.PLANE and b.model != GROUND for b in world.bodies):
         problem = "has a <plane>, which only a world can have"
         raise ResourceError(Fault.UNSUPPORTED_ASSETS, problem)
-    return _of_model(xml, world)
+    return _of_model(xml, world, undrawn)
 
 
-def _of_model(xml: XmlFile, world: World) -> Entity:
+def _of_model(xml: XmlFile, world: World, undrawn: tuple[str, ...]) -> Entity:
     name = xml.attribute(xml.child(xml.root, "model", "sdf"), "name", "a model")
-    if all(body.model == GROUND for body in world.bodies):
+    bodies = [body for body in world.bodies if body.model != GROUND]
+    if not bodies:
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
-    model = entity_of_model(world, name)
-    movable = world.movable.get(name)
-    return _entity(name, model.solid, model.drawn, movable.mass if movable else 0.0)
+    parts = dict.fromkeys(body.model for body in bodies)
+    T_world_model = world.models[next(iter(parts))][0].T_world_model
+    own = [dataclasses.replace(b, model=name, T_world_model=T_world_model) for b in bodies]
+    model = entity_of_model(dataclasses.replace(world, bodies=tuple(own)), name)
+    moves = all(part in world.movable for part in parts)
+    mass = sum(world.movable[part].mass for part in parts) if moves else 0.0
+    entity = _entity(name, model.solid, model.drawn, mass)
+    stiff = ("its joints do not move: what is spawned is one body",) * (len(parts) > 1)
+    return dataclasses.replace(entity, notes=(*undrawn, *stiff))
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
     xml = XmlFile(path, "robot", RobotError, text, library.search)
     urdf = read_urdf(xml)
-    check_assets(xml.notes)
+    undrawn = _undrawn(xml.notes)
     robot = entity_of_robot(urdf)
     if not robot.solid and not robot.drawn:
         raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
     static = any((e.findtext("static") or "").strip() == "true" for e in xml.root.iter("gazebo"))
-    return _entity(urdf.name, robot.solid, robot.drawn, 0.0 if static else robot.mass)
+    found = _entity(urdf.name, robot.solid, robot.drawn, 0.0 if static else robot.mass)
+    return dataclasses.replace(found, notes=undrawn)
 
 
 def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: float) -> Entity:
@@ -200,6 +209,12 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
     return Entity(
         name, solid, drawn, spawned=True, mass=weight, category=category, description="a model"
     )
+
+
+def _undrawn(notes: Iterable[Note]) -> tuple[str, ...]:
+    """Return what is not drawn, which Gazebo leaves out too; anything else left out is refused."""
+    check_assets(note for note in notes if note.kind is not NoteKind.UNDRAWN)
+    return tuple(note.text for note in notes if note.kind is NoteKind.UNDRAWN)
 
 
 def check_assets(notes: Iterable[Note]) -> None:

@@ -58,11 +58,14 @@ class Entity:
         start: Where it stands at first.
         mass: What it weighs, where it can be pushed; 0 holds it where it is put [kg].
         trajectory: How it moves by itself, if it does.
-        hinge: How it swings on the world, if it does.
+        hinge: How it swings on the world, or on another, if it does.
+        on: The entity of the same model that it hangs on; "" where it is the world alone.
+        mount: Its first pose in the frame of that entity.
         floats: Whether gravity leaves it alone.
         spawned: Whether a client put it there, rather than the world's file.
         category: What kind of thing it is.
         description: One line on where it comes from.
+        notes: What of its file is not as it says, a line each.
     """
 
     name: str
@@ -72,10 +75,13 @@ class Entity:
     mass: float = 0.0
     trajectory: Trajectory | None = None
     hinge: Hinge | None = None
+    on: str = ""
+    mount: Pose3 = ORIGIN
     floats: bool = False
     spawned: bool = False
     category: Category = Category.STATIC_OBJECT
     description: str = ""
+    notes: tuple[str, ...] = ()
 
     @property
     def body(self) -> str:
@@ -156,7 +162,11 @@ def moving_entities(world: World) -> dict[str, Entity]:
     for name, movable in world.movable.items():
         model = entity_of_model(world, name)
         category = Category.DYNAMIC_OBJECT
-        moving[name] = dataclasses.replace(model, category=category, **movable._asdict())
+        part = dataclasses.replace(model, category=category, **movable._asdict())
+        if part.on in moving:
+            mount = moving[part.on].start.inverse() @ part.start
+            part = dataclasses.replace(part, mount=mount)
+        moving[name] = part
     return moving
 
 

@@ -15,6 +15,8 @@ class NoteKind(Enum):
     """A shape or mesh is there, and of a form that is not simulated."""
     BROKEN = "broken"
     """A model, link or shape is there, and is none that can be; it is left out."""
+    UNDRAWN = "undrawn"
+    """A mesh or picture that is seen, and not touched, is missing or cannot be drawn."""
     IGNORED = "ignored"
     """An element, attribute or argument has no effect."""
     CHANGED = "changed"

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -111,7 +112,7 @@ def _drive_below(prefix: str, drive: DriveSettings) -> DriveSettings:
 
 
 def footprint(robot: RobotModel, frame: str) -> Floats:
-    """Return the convex outline of all that can touch something, every joint at zero.
+    """Return the convex outline of all that can touch something, wheels steered as far as they are.
 
     Returns:
         `(N, 2) float64` [m], counter-clockwise; none where no shape has an area.
@@ -125,9 +126,10 @@ def footprint(robot: RobotModel, frame: str) -> Floats:
 
 
 def extent(robot: RobotModel, frame: str) -> Floats:
-    """Return the corners of all that can touch something, every joint at zero, `(N, 3)` [m].
+    """Return the corners of all that can touch something, `(N, 3)` [m].
 
-    A driven wheel touches with its looks where it has no collision shape.
+    Every joint is at zero, but those that steer wheels are everywhere that they are turned to. A
+    driven wheel touches with its looks where it has no collision shape.
     """
     urdf = robot.urdf
     wheels = {urdf.joints[joint].child for joint in robot.drive.wheels}
@@ -136,7 +138,16 @@ def extent(robot: RobotModel, frame: str) -> Floats:
         link.name: link.collisions or (link.visuals if link.name in wheels else ())
         for link in urdf.links.values()
     }
-    return np.vstack([points_of(own, T_frame_root @ urdf.T_root(n)) for n, own in parts.items()])
+    steering, limit = robot.drive.steering, min(robot.drive.steering_limit, math.pi)
+    angles = limit * np.linspace(-1.0, 1.0, 9) if steering else np.zeros(1)  # of them all alike
+    return np.vstack(
+        [
+            points_of(own, T_frame_root @ urdf.T_root(name, dict.fromkeys(steering, angle)))
+            for name, own in parts.items()
+            for angle in angles.tolist()
+            if not angle or any(joint.name in steering for joint in urdf.above(name))
+        ]
+    )
 
 
 def inscribed_radius(robot: RobotModel) -> float:

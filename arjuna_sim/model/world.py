@@ -181,11 +181,19 @@ class Fixture:
 
 
 class Movable(NamedTuple):
-    """A model that can be pushed: its mass [kg], its hinge, and whether gravity leaves it alone."""
+    """A model, or a part of one, that can be pushed.
+
+    Attributes:
+        mass: What it weighs [kg].
+        hinge: How it swings, if it does.
+        floats: Whether gravity leaves it alone.
+        on: The part or model that it hangs on by its hinge; "" for the world.
+    """
 
     mass: float
     hinge: Hinge | None
     floats: bool
+    on: str = ""
 
 
 class Mover(NamedTuple):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Collection
 from typing import Any
 
@@ -27,9 +28,10 @@ def add_entity(spec: Any, entity: Entity) -> int:
         How many geoms it has.
     """
     held = entity.mass == 0.0
-    body = spec.worldbody.add_body(
-        name=entity.body, pos=entity.start.position, quat=entity.start.quaternion, mocap=held
-    )
+    above, pose = spec.worldbody, entity.start
+    if (carrier := spec.body(body_name(entity.on))) is not None and carrier.joints:
+        above, pose = carrier, entity.mount
+    body = above.add_body(name=entity.body, pos=pose.position, quat=pose.quaternion, mocap=held)
     geoms = [
         geom
         for parts, group in (
@@ -49,6 +51,21 @@ def add_entity(spec: Any, entity: Entity) -> int:
         for geom in geoms:  # it meets the world and its like, as robots do
             geom.conaffinity = geom.contype
     return len(geoms)
+
+
+def let_pass(spec: Any, entities: Collection[Entity]) -> None:
+    """Let what hangs on each other pass through each other, as links of one model do in Gazebo."""
+    tops = {entity.name: entity.on for entity in entities if entity.on}
+    models: dict[str, list[str]] = {}
+    for name in tops:
+        top = name
+        while top in tops:
+            top = tops[top]
+        models.setdefault(top, [top]).append(name)
+    for names in models.values():
+        bodies = [body for name in names if spec.body(body := body_name(name)) is not None]
+        for one, other in itertools.combinations(bodies, 2):
+            spec.add_exclude(bodyname1=one, bodyname2=other)
 
 
 def add_fixture(spec: Any, fixture: Fixture, moving: Collection[str]) -> None:

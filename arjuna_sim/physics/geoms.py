@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import mujoco
@@ -220,17 +220,22 @@ def _new_mesh_geom(body: Any, part: Part, group: Group, name: str) -> Any:
     return geom
 
 
-def add_world(spec: Any, world: World) -> list[str]:
+def add_world(spec: Any, world: World, own: Mapping[str, str] | None = None) -> list[str]:
     """Add a world's parts to MuJoCo's, and its look.
+
+    Args:
+        own: The bodies of models that have one of their own, by the models' names.
 
     Returns:
         For each geom added, in order, the model it belongs to; "" for the ground.
     """
     add_look(spec, world.look)
     names: list[str] = []
-    for body in world.bodies:
+    bodies = {model: spec.worldbody.add_body(name=name) for model, name in (own or {}).items()}
+    order = {model: i for i, model in enumerate(bodies)}  # MuJoCo has a body's geoms in one piece
+    for body in sorted(world.bodies, key=lambda each: order.get(each.model, -1)):
         group = Group.WORLD_COLLISION if body.collides else Group.WORLD_VISUAL
-        added = add_part(spec, spec.worldbody, body.part, group)
+        added = add_part(spec, bodies.get(body.model, spec.worldbody), body.part, group)
         for i, geom in enumerate(added, len(names)):
             geom.name = f"{body.model}::{i}"
         names.extend(["" if is_ground(body.model, body.part) else body.model] * len(added))

@@ -17,11 +17,11 @@ from arjuna_core.errors import RobotError, WorldError
 from arjuna_core.files.array_cache import Arrays, cached, content_of, made_by
 from arjuna_sim.devices.camera import add_camera
 from arjuna_sim.devices.sensors.camera import CameraSettings
-from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.entities import Entity, body_name
 from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
-from arjuna_sim.physics.entity_body import add_entity, add_fixture
+from arjuna_sim.physics.entity_body import add_entity, add_fixture, let_pass
 from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
 from arjuna_sim.physics.lights import set_fog
@@ -143,7 +143,8 @@ def _made(
     spec = mujoco.MjSpec()
     _set_physics(spec, timestep)
     spec.option.gravity = world.gravity
-    models = add_world(spec, world)
+    hold = {entity.on for entity in entities} & {body.model for body in world.bodies}
+    models = add_world(spec, world, {name: body_name(name) for name in sorted(hold)})
     for robot in robots.values():
         add_robot(spec, robot, servo, sag_of(robot, timestep))
         add_mounts(spec, robot)
@@ -152,6 +153,7 @@ def _made(
                 add_camera(spec, sensor)
     let_meet(spec, tuple(robots.values()))
     owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
+    let_pass(spec, entities)
     for fixture in world.sensors:
         add_fixture(spec, fixture, [entity.name for entity in entities])
         if isinstance(fixture.settings, CameraSettings):

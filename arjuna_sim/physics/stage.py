@@ -125,13 +125,16 @@ class Stage:
         self._began[entity.name] = self._steps - round(walked / self._timestep)
 
     def delete(self, name: str) -> None:
-        """Take an entity out of the world.
+        """Take an entity out of the world, and what hangs on it.
 
         Raises:
             UnknownEntityError: There is none of this name.
         """
         self.entity(name)
-        kept = {key: entity for key, entity in self._entities.items() if key != name}
+        lost = {name}
+        for key, entity in self._entities.items():  # each before what hangs on it
+            lost |= {key} if entity.on in lost else set()
+        kept = {key: entity for key, entity in self._entities.items() if key not in lost}
         gone = frozenset() if name in self._entities else frozenset((name,))
         self._change(kept, self._taken | gone)
 
@@ -140,9 +143,12 @@ class Stage:
 
         Raises:
             UnknownEntityError: There is none of this name.
+            EntityError: It hangs on another that moves.
             BlockedPoseError: It would stand in a robot; nothing has changed.
         """
         entity = self.entity(name)
+        if entity.on in self._entities and self._entities[entity.on].mass > 0.0:
+            raise EntityError(f"'{name}' hangs on '{entity.on}': that can be moved")
         if entity.hinge is not None:  # its hinge goes with it
             moved = dataclasses.replace(entity, start=pose)
             self._change({**self._entities, name: moved}, self._taken, moved)

@@ -58,6 +58,9 @@ def run(arguments: argparse.Namespace) -> int:
         from bringup.terminal import show
 
         options.extend_search(arguments)
+        if ":=" in str(arguments.check):  # an argument of the robot's file, not --check's own
+            arguments.robot_arguments += [str(arguments.check)]
+            arguments.check = ""
         files = [arguments.check or arguments.robot, None if arguments.check else arguments.world]
         if not any(files):
             raise ConfigError("--check: lacks its file; valid: --check FILE, or with --robot FILE")

@@ -45,6 +45,8 @@ _BY_GYRO = {
 }
 """How far off the headings are that the filter of wheels and gyro gives; what is shipped holds for
 odometry of any kind, wheels that skid among them."""
+_OPEN = "exploration.max_open_distance"
+"""The parameter of the explorer that keeps it where its lidar sees something."""
 _SCATTER = 6.0
 """By how many standard deviations a point lies above the ground that marks an obstacle."""
 _STANDARD = {
@@ -66,14 +68,14 @@ def of_robot(
     groups: Iterable[Group],
     simulated: bool = True,
 ) -> Parameters:
-    """Return a robot's names, outline and tightest bend, unless parameter files say otherwise.
+    """Return a robot's names, outline, sight and bend, unless parameter files say otherwise.
 
     Where their outline without its padding leaves out some of its body, the body goes to the local
     costmap, for those who keep it free of the points that are seen, and not of cells alone.
 
     Args:
         simulated: Whether the simulator makes its topics and odometry; of a real robot, whose
-            drivers do, outline and bend alone are returned.
+            drivers do, outline, sight and bend alone are returned.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
@@ -196,7 +198,8 @@ def _is_shipped(sim: Mapping[str, Any]) -> bool:
 def _of_another_robot(
     parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
 ) -> Parameters:
-    from arjuna_sim.inputs import axle_of, footprint_of, names_of, turning_radius_of
+    from arjuna_nav.exploration.frontiers import ExplorationConfig
+    from arjuna_sim.inputs import axle_of, footprint_of, names_of, sight_of, turning_radius_of
 
     robot, shipped = _named(sim), shipped_parameters()
 
@@ -220,6 +223,9 @@ def _of_another_robot(
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
         if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
             own = merged(own, {node: {f"{prefix}axle": axle}})
+    sight = sight_of(robot)
+    if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
+        own = merged(own, {"explorer": {_OPEN: sight}})
     radius = round(turning_radius_of(robot), 4)
     if not radius:
         return own

@@ -14,7 +14,7 @@ import numpy as np
 
 from arjuna_core.se2 import SE2, wrap
 from bringup.parameters.files import Parameters, merged
-from bringup.scenarios.drive import Drive, believed_pose, desired_speed, placed
+from bringup.scenarios.drive import Drive, believed_pose, desired_speed, placed, room_for
 from bringup.scenarios.people import boxes_in, settle, with_boxes
 from bringup.scenarios.scenes import SCENES, Scene
 from bringup.scenarios.space import FreeSpace
@@ -107,12 +107,14 @@ def course(
     set_logger_level("", LoggingSeverity[arguments.log_level.upper()])
     after = after or Continuation()
     scene = SCENES[arguments.scene](arguments, folder, rng)
-    start = scene.start or FreeSpace(scene.grid, arguments.radius).draw(rng)
-    boxes = boxes_in(scene.grid, arguments.boxes, start, rng)
-    grid = with_boxes(scene.grid, boxes)
     arguments.command = "demo"  # whose nodes and parameters the robot has
     arguments.world, arguments.map = scene.world, scene.map
-    parameters = merged(gather(arguments), placed(after.at or start), after.parameters)
+    parameters = gather(arguments)
+    room = arguments.radius, room_for(parameters)
+    start = scene.start or FreeSpace(scene.grid, *room).draw(rng)
+    boxes = boxes_in(scene.grid, arguments.boxes, start, rng)
+    grid = with_boxes(scene.grid, boxes)
+    parameters = merged(parameters, placed(after.at or start), after.parameters)
     if scene.map is None:
         parameters = merged(parameters, _in_odom(parameters))
     localization = () if scene.map is None else (LOCALIZATION_GROUP,)
@@ -121,7 +123,7 @@ def course(
         robot.run(after.began + 1.0)  # the clock is at 0 until the first tick
         stage = robot.sim.simulator.stage
         settle(stage, grid, boxes, arguments.people, start, rng, after.walked)
-        driver = Course(robot, FreeSpace(grid, arguments.radius), scene, arguments.out)
+        driver = Course(robot, FreeSpace(grid, *room), scene, arguments.out)
         driver.before, driver.number = after.at or start, after.goals
         driver.speed = desired_speed(parameters)
         yield driver

@@ -9,12 +9,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from arjuna_core.config import load
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_sim.model.robot import footprint
 from arjuna_sim.model.world import PERSON
-from bringup.parameters.files import Parameters
+from bringup.parameters.files import Parameters, for_node
+from bringup.stack import LOCAL_COSTMAP
 
 if TYPE_CHECKING:
     from bringup.lockstep import LockStep
@@ -222,6 +224,13 @@ def believed_pose(robot: LockStep, frame: str = "map") -> SE2 | None:
     """Return the pose of the base in a frame that a robot in lock-step believes in."""
     base = robot.sim.simulator.robot.model.urdf.root
     return robot.process.transforms.try_lookup(frame, base)
+
+
+def room_for(parameters: Parameters, least: float = 0.5) -> float:
+    """Return how far from walls a robot may turn anyhow, as at a goal; some room at least [m]."""
+    config: Any = load(LOCAL_COSTMAP.config, for_node(parameters, LOCAL_COSTMAP.name))
+    outline = Footprint.parse(config.footprint, config.robot_radius, 0.0, config.axle)
+    return max(least, outline.circumscribed_radius)
 
 
 def desired_speed(parameters: Parameters) -> float:

@@ -93,10 +93,15 @@ def test_file_that_does_not_load_is_refused_in_one_line(
 
 
 @pytest.mark.usefixtures("without_sills")
-def test_path_and_arguments_reach_macros(macro: Path, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("is_last", [False, True])
+def test_path_and_arguments_reach_macros(
+    macro: Path, capsys: pytest.CaptureFixture[str], is_last: bool
+) -> None:
     folder = macro.parents[1] / "elsewhere"
     options = ["--package-path", str(folder), "width:=0.4", "colour:=red"]
-    assert run(parse(["sim", "--check", str(macro), *options])) == OK
+    first = ["--check", str(macro), *options]
+    last = ["--robot", str(macro), *options[:-2], "--check", *options[-2:]]
+    assert run(parse(["sim", *(last if is_last else first)])) == OK
     said = capsys.readouterr().out
     assert "wheel separation 0.4 m, diameter 0.12 m" in said
     assert "argument 'colour' is used nowhere" in said

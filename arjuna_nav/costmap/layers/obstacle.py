@@ -230,7 +230,7 @@ class ObstacleLayer(SensedLayer):
         body, frame, outline = self.master.body, self.master.frame, self.master.footprint
         if body is not None:
             corner = frame.resolution * math.sqrt(0.5)  # of a cell, off its middle [m]
-            outline = body.scaled(max(1.0 - corner / body.inscribed_radius, 0.0))
+            outline = body.widened(-corner)
         corners = frame.origin.inverse().apply(outline.at(T_global_base)) / frame.resolution
         self._free(corners)
 

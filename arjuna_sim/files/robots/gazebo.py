@@ -17,6 +17,7 @@ from arjuna_sim.files.robots.plugins import (
     Sides,
     drive_kind,
     is_control,
+    is_done,
     read_drive,
     read_tracks,
     read_wheelless,
@@ -83,7 +84,9 @@ class TagReader:
         xml, urdf = self._xml, self._urdf
         controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
         driving = plugin if controlled is None else controlled
-        drive, kind = read_drive(xml, driving, urdf), drive_kind(driving)
+        told = any(each in _type(plugin).replace("-", "") for each in _TRUE)
+        drive = None if told else read_drive(xml, driving, urdf)
+        kind = drive_kind(driving)
         name = plugin.get("name") or plugin.get("filename") or "?"
         if drive is not None and self.drive is not None:
             both = joined(urdf, self.drive, drive) if kind is self.kind else None
@@ -124,6 +127,8 @@ class TagReader:
             self._sensor(SensorTag(self._xml, plugin, body), truth)
         elif "realsensegazeboplugin" in types_of(plugin):
             self._renamed |= realsense_outputs(plugin)
+        elif is_done(plugin):
+            return
         elif "posepublisher" in kind:
             self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
         else:

@@ -56,6 +56,11 @@ _SENSORS = {
 }
 _CONTROLS = ("control", "ros2control", "gzros2control", "ignros2control", "gazeboros2control")
 _CONTROL_CLASSES = tuple(f"{p}ros2controlplugin" for p in ("gazebosim", "ignition", "gazebo"))
+_DONE = re.compile(
+    r"(?i)\b(physics|sensors|imu|magnetometer|altimeter|nav-?sat|contact|user-?commands"
+    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory|state)\b"
+)
+"""Gazebo's systems whose work the simulator does by itself."""
 BATTERY = "linearbatteryplugin"
 """Type of gz-sim's plugin that is a battery."""
 TORQUE = 5.0
@@ -146,6 +151,11 @@ def is_control(plugin: Element) -> bool:
     """Return whether a plugin runs ros2_control's or ros_control's controllers."""
     file, name = types_of(plugin)
     return file in _CONTROLS or name in _CONTROL_CLASSES
+
+
+def is_done(plugin: Element) -> bool:
+    """Return whether a plugin is a system of Gazebo's whose work the simulator does by itself."""
+    return bool(_DONE.search(f"{plugin.get('filename')} {plugin.get('name')}"))
 
 
 def controller_kind(kind: str) -> DriveKind | None:

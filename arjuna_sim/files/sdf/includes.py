@@ -135,7 +135,8 @@ def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
         raise
     except InputFileError as error:
         origin = "" if error.location is None or error.location == what else f"{error.location}: "
-        xml.note(f"{what} is left out: {origin}{error.problem}", NoteKind.BROKEN)
+        kind = NoteKind.UNDRAWN if what.endswith("visual") else NoteKind.BROKEN
+        xml.note(f"{what} is left out: {origin}{error.problem}", kind)
 
 
 class Includes:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -62,23 +63,32 @@ class RigidGroup:
 
     Attributes:
         fast: Whether they stand fast in the world.
-        hinge: How they swing, where a joint connects them to what stands fast.
+        hinge: How they swing, where a joint connects them to what they hang on.
+        on: The place in the list of the group that they hang on; None where it is the world.
     """
 
     links: list[SdfLink]
     fast: bool
     hinge: Hinge | None = None
+    on: int | None = None
 
 
 def rigid_groups(
-    xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint]
+    xml: XmlFile,
+    label: str,
+    links: list[SdfLink],
+    joints: list[SdfJoint],
+    driven: Collection[str] = (),
 ) -> list[RigidGroup]:
-    """Group a model's links; what stands fast comes first.
+    """Group a model's links; what stands fast comes first, and each before what hangs on it.
 
     Links hold together by fixed joints, or where no joint connects them and they overlap: Gazebo
-    lets links of one model pass through each other. A group that a hinge or slide connects to what
-    stands fast swings on it. Groups that joints connect to each other, such as a cart and its
-    wheels, hold together, with a note.
+    lets links of one model pass through each other. A group that a hinge or slide connects to
+    another hangs on it, as a handle on a door or a wheel on a cart. Where such joints make a ring,
+    or one is of another kind or driven, what they connect holds together, with a note.
+
+    Args:
+        driven: Names of joints that plugins move or hold.
     """
     index = {**{link.name: i for i, link in enumerate(links)}, WORLD: -1}
     ends = [(j, index.get(j.parent, -2), index.get(j.child, -2)) for j in joints]
@@ -86,42 +96,121 @@ def rigid_groups(
     moving = [(j, a, b) for j, a, b in ends if j.kind != "fixed" and min(a, b) > -2]
     held = [i for i, link in enumerate(links) if _stands(link)]
     held += [max(pair) for pair in fixed if min(pair) < 0 <= max(pair)]
-    body_of = _joined(links, fixed, [*fixed, *((a, b) for _, a, b in moving)])
-    fast = set(body_of[held].tolist())
-    free = [
-        (a, b) for _, a, b in moving if min(a, b) >= 0 and fast.isdisjoint(body_of[[a, b]].tolist())
-    ]
-    if free:
+    jointed = {i for pair in (*fixed, *((a, b) for _, a, b in moving)) for i in pair}
+    bodies = _Hanging(_joined(links, fixed, jointed), held, moving)
+    free = [(j, a, b) for j, a, b in moving if min(bodies.number(a), bodies.number(b)) >= 0]
+    stiff = [(a, b) for j, a, b in free if not _plays(xml, label, j, (links[a], links[b]), driven)]
+    if stiff:
+        bodies = _Hanging(_joined(links, [*fixed, *stiff], jointed), held, moving)
+    if rings := [(a, b) for _, a, b in free if bodies.number(a) in bodies.rings]:
+        bodies = _Hanging(_joined(links, [*fixed, *stiff, *rings], jointed), held, moving)
+    if stiff or rings:
         xml.note(f"{label}: its links hold together as one body")
-        body_of = _joined(links, [*fixed, *free], [*fixed, *free])
-        fast = set(body_of[held].tolist())
-    suspended: dict[int, list[SdfJoint]] = {}
-    for joint, *pair in moving:
-        bodies = {int(body_of[i]) if i >= 0 else -1 for i in pair}
-        for number in bodies - fast - {-1} if len(bodies) > 1 else ():  # else within one body
-            suspended.setdefault(number, []).append(joint)
-    groups = [RigidGroup([link for i, link in enumerate(links) if int(body_of[i]) in fast], True)]
-    for number in dict.fromkeys(int(value) for value in body_of if int(value) not in fast):
-        own = [link for i, link in enumerate(links) if body_of[i] == number]
-        groups.append(_on_hinge(xml, label, own, suspended.get(number, [])))
-    return [group for group in groups if group.links]
+    return _groups_of(xml, label, links, bodies)
+
+
+def _groups_of(
+    xml: XmlFile, label: str, links: list[SdfLink], bodies: _Hanging
+) -> list[RigidGroup]:
+    standing = [link for i, link in enumerate(links) if bodies.number(i) < 0]
+    groups = [RigidGroup(standing, True)] if standing else []
+    base, places = 0 if groups else None, dict[int, int]()
+    for number, found, on in bodies.walk():
+        own = [link for i, link in enumerate(links) if bodies.number(i) == number]
+        places[number] = len(groups)
+        groups.append(_on_hinge(xml, label, own, found, base if on is None else places[on]))
+    return groups
+
+
+class _Hanging:
+    """Which bodies hang on which.
+
+    Args:
+        body_of: A number for each link, the same for those that hold together.
+        held: The links that stand fast.
+        moving: Joints that are not fixed, and the links of each; below 0 for the world.
+
+    Attributes:
+        rings: Those of bodies that do not hang on each other as a tree.
+    """
+
+    def __init__(
+        self, body_of: Ints, held: list[int], moving: list[tuple[SdfJoint, int, int]]
+    ) -> None:
+        self._body_of, self._fast = body_of, set(body_of[held].tolist())
+        self._above: dict[int, list[SdfJoint]] = {}
+        self._beside: dict[int, list[tuple[SdfJoint, int]]] = {}
+        for joint, a, b in moving:
+            one, other = self.number(a), self.number(b)
+            if one != other and min(one, other) < 0:
+                self._above.setdefault(max(one, other), []).append(joint)
+            elif one != other:
+                self._beside.setdefault(one, []).append((joint, other))
+                self._beside.setdefault(other, []).append((joint, one))
+        trees = [self._connected(number) for number in self._beside]
+        self.rings = {number for tree in trees if not self._is_tree(tree) for number in tree}
+
+    def number(self, link: int) -> int:
+        """Return the number of a link's body; -1 for what stands fast."""
+        number = int(self._body_of[link]) if link >= 0 else -1
+        return -1 if number in self._fast else number
+
+    def _is_tree(self, numbers: list[int]) -> bool:
+        above = sum(len(self._above.get(number, ())) for number in numbers)
+        return above < 2 and sum(len(self._beside[n]) for n in numbers) // 2 < len(numbers)
+
+    def _connected(self, number: int) -> list[int]:
+        found = {number: None}
+        for one in (stack := [number]):
+            others = [other for _, other in self._beside.get(one, ()) if other not in found]
+            found |= dict.fromkeys(others)
+            stack += dict.fromkeys(others)
+        return list(found)
+
+    def walk(self) -> Iterator[tuple[int, list[SdfJoint], int | None]]:
+        """Yield each body that moves, its joints and the body that it hangs on, that one first."""
+        seen = set[int]()
+        for first in dict.fromkeys(self.number(i) for i in range(len(self._body_of))):
+            if first < 0 or first in seen:
+                continue
+            root = next((one for one in self._connected(first) if one in self._above), first)
+            stack: list[tuple[int, list[SdfJoint], int | None]]
+            stack = [(root, self._above.get(root, []), None)]
+            while stack:
+                number, joints, on = stack.pop()
+                seen.add(number)
+                yield number, joints, on
+                below = [each for each in self._beside.get(number, ()) if each[1] not in seen]
+                stack += [(other, [joint], number) for joint, other in reversed(below)]
+
+
+def _plays(
+    xml: XmlFile,
+    label: str,
+    joint: SdfJoint,
+    links: tuple[SdfLink, SdfLink],
+    driven: Collection[str],
+) -> bool:
+    """Return whether a joint lets the one of two links move by the other."""
+    is_free = joint.kind in SWINGING and joint.name not in driven
+    if not is_free or not all(link.solid for link in links):
+        return False
+    return _on_hinge(xml, label, [links[1]], [joint], None).hinge is not None
 
 
 def _stands(link: SdfLink) -> bool:
     return link.static or any(p.shape.kind in (Kind.PLANE, Kind.TERRAIN) for p in link.solid)
 
 
-def _joined(
-    links: list[SdfLink], pairs: list[tuple[int, int]], jointed: list[tuple[int, int]]
-) -> Ints:
+def _joined(links: list[SdfLink], pairs: list[tuple[int, int]], jointed: set[int]) -> Ints:
     """Return a number for each link, the same for those that hold together.
 
     Args:
         pairs: Indices of links that joints hold together; below 0 for the world.
-        jointed: Those of links that any joint connects, which do not join by overlapping.
+        jointed: Those that any joint connects, which do not join by overlapping.
     """
     edges = [pair for pair in pairs if min(pair) >= 0]
-    loose = _overlaps(links, {i for pair in jointed for i in pair})
+    loose = _overlaps(links, jointed)
     rows, columns = np.vstack((np.array(edges, np.int64).reshape(-1, 2), loose)).T
     graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(links), len(links)))
     return np.asarray(connected_components(graph, directed=False)[1], np.int64)
@@ -141,7 +230,9 @@ def _overlaps(links: list[SdfLink], jointed: set[int]) -> Ints:
     return np.array(loose, np.int64)[np.vstack(pairs)]
 
 
-def _on_hinge(xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint]) -> RigidGroup:
+def _on_hinge(
+    xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJoint], on: int | None
+) -> RigidGroup:
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})
@@ -150,7 +241,7 @@ def _on_hinge(xml: XmlFile, label: str, links: list[SdfLink], joints: list[SdfJo
         with leaving_out(xml, f"{label} joint '{joints[0].element.get('name', '?')}'"):
             hinge = read_hinge(joints[0], links[0], own)
             is_locked = hinge.limits is not None and hinge.limits[0] >= hinge.limits[1]
-            return RigidGroup(links, is_locked, None if is_locked else hinge)
+            return RigidGroup(links, is_locked, None if is_locked else hinge, on)
     else:
         xml.note(f"{label}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
     return RigidGroup(links, True)

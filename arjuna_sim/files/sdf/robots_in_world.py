@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from xml.etree.ElementTree import Element  # a type alone
 
 from arjuna_core.errors import RobotError, nearest
@@ -60,6 +61,14 @@ def read_mover(xml: XmlFile, model: Element, name: str) -> Mover:
     for tag, index in (("initial_linear", 0), ("initial_linear", 1), ("initial_angular", 2)):
         found.append(xml.numbers(plugin.findtext(tag) or "0 0 0", 3, f"{label} <{tag}>")[index])
     return Mover(Velocity(found[0], y=found[1], yaw_rate=found[2]), commands)
+
+
+def driven_joints(model: Element, names: Collection[str], is_robot: bool) -> set[str]:
+    """Return the joints of a model that a plugin moves or holds; all those of a robot."""
+    plugins = list(model.iter("plugin"))
+    texts = {(tag.text or "").strip() for plugin in plugins for tag in plugin.iter()}
+    every = is_robot or any(map(is_control, plugins))
+    return {name for name in names if every or name.rpartition("::")[2] in texts}
 
 
 def robots_of(xml: XmlFile, includes: Includes, world: Element) -> dict[str, Element]:

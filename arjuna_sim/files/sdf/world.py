@@ -5,7 +5,6 @@ from __future__ import annotations
 import dataclasses
 import itertools
 import math
-import re
 from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -13,6 +12,7 @@ from arjuna_core.errors import WorldError
 from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2
+from arjuna_sim.files.robots.plugins import is_done
 from arjuna_sim.files.sdf.frames import Scope, raw_pose
 from arjuna_sim.files.sdf.geometry_tags import read_gravity
 from arjuna_sim.files.sdf.includes import ExcessError, Includes, leaving_out
@@ -27,7 +27,13 @@ from arjuna_sim.files.sdf.model_tags import (
     read_joint,
 )
 from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
-from arjuna_sim.files.sdf.robots_in_world import is_mover, models_by_name, read_mover, robots_of
+from arjuna_sim.files.sdf.robots_in_world import (
+    driven_joints,
+    is_mover,
+    models_by_name,
+    read_mover,
+    robots_of,
+)
 from arjuna_sim.files.sdf.world_sensors import read_fixtures
 from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
@@ -50,11 +56,6 @@ from arjuna_sim.model.world import (
     person,
 )
 
-# Gazebo's systems whose work the simulator does by itself.
-_OWN = re.compile(
-    r"(?i)\b(physics|sensors|imu|magnetometer|altimeter|nav-?sat|contact|user-?commands"
-    r"|scene-?broadcaster)(-system)?\b|libgazebo_ros_(init|factory|state)\b"
-)
 _WAYPOINTS_MAX = 10_000
 _ANGLES = {"latitude_deg": 90.0, "longitude_deg": 360.0, "heading_deg": 360.0}
 _PASSIVE = (
@@ -202,9 +203,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     parts = (*world.iter("sensor"), *world.iter("gui"), *reader.known)
     known = {id(plugin) for each in parts for plugin in each.iter("plugin")}
     for plugin in world.iter("plugin"):
-        if id(plugin) not in known and not _OWN.search(
-            f"{plugin.get('filename')} {plugin.get('name')}"
-        ):
+        if id(plugin) not in known and not is_done(plugin):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
     look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
@@ -294,15 +293,20 @@ class _Reader:
         name = self._free_name(xml.attribute(model, "name", "a model"))
         links, joints = self._models.read(xml, model, pose, placed)
         joints += self._held.pop(name, [])
-        for group in rigid_groups(xml, f"model '{name}'", links, joints):
+        names: list[str] = []
+        is_robot = any(model is each for each in self.known)
+        driven = driven_joints(model, [joint.name for joint in joints], is_robot)
+        for group in rigid_groups(xml, f"model '{name}'", links, joints, driven):
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast
             called = name
             if (moves and name in self.movable) or group.hinge is not None:
                 called = self._free_name(f"{name}::{group.links[0].name}")
+            names.append(called)
             if moves:
                 floats = all(link.floats for link in group.links)
-                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats)
+                on = "" if group.on is None else names[group.on]
+                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats, on)
                 if is_mover(model) and called == name:
                     self.movers[name] = read_mover(xml, model, name)
                     self.known.append(model)

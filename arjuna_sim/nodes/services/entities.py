@@ -189,6 +189,8 @@ class EntityServices:
         name = self._free_name(request.name or entity.name, request.allow_renaming)
         start = request.initial_pose
         pose = self._known.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
+        for text in entity.notes:
+            self._host.get_logger().warning(f"'{name}': {text}")
         if robot is None:
             self._put(lambda: self._host.simulator.stage.spawn(placed(entity, name, pose)))
             return name

@@ -78,6 +78,9 @@ class Host(Protocol):
     state: int
     quitting: bool
 
+    def get_logger(self) -> Any:
+        """Return the log that a person reads."""
+
     def serve(self, service_type: Any, name: str, callback: Callable[[Any, Any], Any]) -> None:
         """Create a service that lives until cleanup."""
 

@@ -11,6 +11,7 @@ import yaml
 
 from arjuna_core.config import load
 from arjuna_core.files.shipped import shipped_file
+from arjuna_nav.exploration.frontiers import ExplorationConfig
 from bringup.cli import parse
 from bringup.parameters.checking import check_file
 from bringup.parameters.files import SAFETY, for_node, shipped_parameters
@@ -82,6 +83,21 @@ def test_another_robot_has_its_own_outline_as_its_body_too() -> None:
     assert values["body"] == values["footprint"] != "[]"
     wide = "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
     assert body_of([*words, "--param", f"footprint:={wide}"]) == ""
+
+
+@pytest.mark.parametrize(("sight", "most"), [(3.5, 3.5), (10.0, 10.0), (30.0, 12.0)])
+def test_a_robot_explores_as_far_from_things_as_its_lidar_sees(
+    tmp_path: Path, sight: float, most: float
+) -> None:
+    """Sent to 15 m from all there was, one whose lidar saw 3.5 m no longer knew where it was."""
+    text = shipped_file("urdf/burger.urdf").read_text(encoding="utf-8")
+    file = tmp_path / "burger.urdf"
+    file.write_text(text.replace("<max>3.5</max>", f"<max>{sight}</max>", 1), encoding="utf-8")
+    key, words = "exploration.max_open_distance", ["demo", "--robot", str(file)]
+    given = gather(parse(words))["explorer"]
+    assert given.get(key, ExplorationConfig.max_open_distance) == most
+    own = gather(parse([*words, "--param", f"explorer:{key}:=7.0"]))["explorer"]
+    assert own[key] == 7.0
 
 
 def test_polygons_and_parts_beyond_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -23,7 +23,9 @@ pytest.importorskip("rclpy", reason="no ROS here")
 
 from bringup.cli import parse, run
 from bringup.scenarios.course import Arrival, Course
+from bringup.scenarios.drive import room_for
 from bringup.scenarios.scenes import SCENES, Scene
+from bringup.stack import LOCAL_COSTMAP
 
 
 def drive(out: Path, *words: str) -> tuple[int, dict[str, Any]]:
@@ -102,6 +104,21 @@ def test_goals_are_far_enough_from_each_other_or_refused() -> None:
         course.draw(rng, shortest=90.0, tries=3)
     with pytest.raises(ArjunaError, match="the map has no pose that lies 9 m from walls"):
         FreeSpace(OccupancyGrid(frame, np.full(frame.shape, 100, np.int8)), 0.2, clearance=9.0)
+
+
+@pytest.mark.parametrize(
+    ("outline", "axle", "room"),
+    [
+        ("[]", 0.0, 0.5),
+        ("[[0.2, 0.2], [0.2, -0.2], [-0.2, 0.0]]", 0.0, 0.5),
+        ("[[0.9, 0.4], [0.9, -0.4], [-0.3, -0.4], [-0.3, 0.4]]", 0.0, 0.985),
+        ("[[0.6, 0.4], [0.6, -0.4], [-0.6, -0.4], [-0.6, 0.4]]", -0.5, 1.170),
+    ],
+)
+def test_a_robot_has_room_to_turn_at_its_goals(outline: str, axle: float, room: float) -> None:
+    """A car of 1.25 m stood across a wall at its start, and reached none of three goals."""
+    values = {"footprint": outline, "robot_radius": 0.25, "axle": axle}
+    assert room_for({LOCAL_COSTMAP.name: values}) == pytest.approx(room, abs=1e-3)
 
 
 @pytest.mark.parametrize(("wall", "most"), [(True, 1.5), (False, 5.0)])

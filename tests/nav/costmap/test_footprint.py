@@ -196,6 +196,7 @@ def test_padding_is_taken_off_again_and_a_size_is_scaled(outline: Footprint) -> 
     assert Footprint.circle(0.02).without(0.05).inscribed_radius == 1e-3, "never nothing"
 
 
+BOX = [[0.5, 0.25], [0.5, -0.25], [-0.5, -0.25], [-0.5, 0.25]]
 SHAPE = (5, 7)
 ALL = {(r, c) for r in range(5) for c in range(7)}
 
@@ -291,3 +292,22 @@ def test_an_outline_driven_at_another_point_holds_for_both(text: str, axle: floa
     bare = Footprint.parse(text, 0.3, 0.05, axle).without(0.05)
     assert bare.axle == axle
     assert own.circular or bare.points == pytest.approx(own.points)
+
+
+@pytest.mark.parametrize("axle", [0.0, -0.48])
+@pytest.mark.parametrize("middle", [0.0, 0.3, 0.5, 2.0])
+@pytest.mark.parametrize("margin", [-0.1, -0.03, 0.0, 0.05])
+def test_an_outline_is_widened_about_its_own_middle(
+    margin: float, middle: float, axle: float
+) -> None:
+    """Of a car driven at its rear axle the cells below the bonnet stayed: it saw it, and stood."""
+    outline = Footprint.polygon(np.add(BOX, (middle, 0.0))).driven_at(axle)
+    wide = outline.widened(margin)
+    (x, y), (low, _) = wide.points.max(axis=0), wide.points.min(axis=0)
+    assert y - 0.25 == pytest.approx(margin)
+    assert (x + low) / 2.0 == pytest.approx(middle)
+    assert (x - low) / 2.0 - 0.5 == pytest.approx(2.0 * margin), "as much of its length"
+    assert wide.axle == axle
+    least = outline.widened(-9.0, least=0.5)
+    assert np.ptp(least.points, axis=0) == pytest.approx((0.5, 0.25))
+    assert Footprint.circle(0.3).widened(-0.1).inscribed_radius == pytest.approx(0.2)

@@ -146,6 +146,7 @@ def half_known(known: float = 4.0) -> OccupancyGrid:
         ((2.0,), 15.0, 4.0),  # by a wall first
         ((10.0,), 15.0, 16.0),  # all in the open: by the path
         ((10.0,), 5.0, None),  # open ground may have no end
+        ((5.0,), 0.9, None),  # a lidar may see less far than what counts as open
     ],
 )
 def test_frontiers_in_the_open_come_last(

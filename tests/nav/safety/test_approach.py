@@ -30,12 +30,11 @@ Points = NDArray[np.float64]
 
 
 def inside(points: Points, outline: Footprint, grown: float = 0.0) -> NDArray[np.bool_]:
-    """Return which points lie in an outline that is grown about the origin by a share."""
-    scaled = points / (1.0 + grown)
+    """Return which points lie in an outline that is grown about its middle by a share."""
     if outline is CIRCLE:
-        return np.asarray(np.hypot(*scaled.T) <= 0.3)
-    x, y = scaled.T
-    return np.asarray((x >= -0.2) & (x <= 0.4) & (np.abs(y) <= 0.2))
+        return np.asarray(np.hypot(*points.T) <= 0.3 * (1.0 + grown))
+    x, y = (points - (0.1, 0.0)).T / (1.0 + grown)
+    return np.asarray((np.abs(x) <= 0.3) & (np.abs(y) <= 0.2))
 
 
 def seen_after(velocity: Velocity, points: Points, time: float) -> Points:

@@ -52,6 +52,7 @@ def urdf(inside: str = f"<collision>{BOX}</collision>", more: str = "") -> str:
 
 
 CRATE = sdf(model(name="crate"))
+FAST = "<joint name='f' type='fixed'><parent>world</parent><child>l</child></joint>"
 HEAVY = "<inertial><mass>7</mass></inertial>"
 
 
@@ -196,6 +197,7 @@ def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.Mon
         (NoteKind.MISSING, Fault.MISSING_ASSETS),
         (NoteKind.UNSUPPORTED, Fault.UNSUPPORTED_ASSETS),
         (NoteKind.BROKEN, Fault.RESOURCE_PARSE_ERROR),
+        (NoteKind.UNDRAWN, Fault.MISSING_ASSETS),
     ],
 )
 def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fault: Fault) -> None:
@@ -267,6 +269,38 @@ def test_missing_mesh_of_a_spawned_model_is_a_missing_asset(tmp_path: Path) -> N
     with pytest.raises(ResourceError, match=r"mesh 'none.stl' does not exist") as caught:
         read_entity("", text, _library(tmp_path))
     assert caught.value.fault is Fault.MISSING_ASSETS
+
+
+@pytest.mark.parametrize("text", [sdf(model(SOLID + DRAWN)), urdf()])
+@pytest.mark.parametrize("look", ["none.stl", "none.skp", "notes.stl", "../../up.stl"])
+def test_what_is_only_seen_is_left_out_of_what_is_spawned(
+    tmp_path: Path, text: str, look: str
+) -> None:
+    """Gazebo spawns it without: robots of others lack a mesh that was only drawn."""
+    (tmp_path / "notes.stl").write_text("x")
+    mesh = f"<mesh filename='{look}'><uri>{look}</uri></mesh>"
+    visual = f"<visual name='lost'><geometry>{mesh}</geometry></visual>"
+    found = read_entity("", text.replace("<collision", f"{visual}<collision"), _library(tmp_path))
+    assert (len(found.solid), len(found.notes)) == (1, 1)
+    assert f"'{look}'" in found.notes[0]
+
+
+@pytest.mark.parametrize(("parent", "mass"), [("l", 9.0), ("world", 0.0)])
+def test_a_spawned_model_of_several_links_is_one_body(parent: str, mass: float) -> None:
+    """Drawers were lost of a chest, and the leaf of a door."""
+    joint = (
+        f"<joint name='j' type='revolute'><parent>{parent}</parent><child>d</child><axis/></joint>"
+    )
+    drawer = (
+        f"<link name='d'><pose>1 0 0 0 0 0</pose><inertial><mass>2</mass></inertial>{SOLID}</link>"
+    )
+    chest = model(HEAVY + SOLID, joint + drawer, "chest")
+    found = read(sdf(chest if parent == "l" else chest.replace("<joint", FAST + "<joint")))
+    assert (len(found.solid), found.mass, found.name) == (2, mass, "chest")
+    assert found.notes == ("its joints do not move: what is spawned is one body",)
+    (near, _), (low, high) = found.solid, found.bounds()
+    assert near.pose.position == pytest.approx((0.0, 0.0, 0.0))
+    assert high[0] - low[0] == pytest.approx(1.2)
 
 
 @pytest.mark.parametrize("name", ["it does not exist", "left out", "not simulated"])

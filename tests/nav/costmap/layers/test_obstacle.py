@@ -60,12 +60,15 @@ BODY = "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
 
 
 @pytest.mark.parametrize("cls", LAYERS)
+@pytest.mark.parametrize("axle", [0.0, -0.25])
 @pytest.mark.parametrize(
     ("body", "kept"), [("", []), (BODY, [0.3, 0.35])], ids=["footprint", "body"]
 )
-def test_what_stands_beside_the_body_is_kept(cls: str, body: str, kept: list[float]) -> None:
+def test_what_stands_beside_the_body_is_kept(
+    cls: str, body: str, kept: list[float], axle: float
+) -> None:
     layer = {"observation_sources": "s", "s": {**SCAN, "clearing": False}}
-    layered = costmap(cls, layer, robot_radius=0.4, body=body)
+    layered = costmap(cls, layer, robot_radius=0.4, body=body, axle=axle)
     for k, distance in enumerate((0.13, 0.22, 0.31, 0.36)):
         see(layered, 0.1 * k, beam(distance, stamp=0.1 * k))
     assert marked(layered) == kept

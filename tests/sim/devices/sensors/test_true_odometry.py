@@ -56,6 +56,19 @@ def test_tags_say_topic_frames_and_rate(
     assert {name: getattr(found, name) for name in values} == values
 
 
+@pytest.mark.parametrize("system", ["sensors", "imu", "contact", "user-commands"])
+def test_one_that_names_wheels_is_no_second_drive(tmp_path: Path, system: str) -> None:
+    """A car's file named its wheels there too, and had the world's systems beside its own."""
+    sides = "".join(
+        f"<{side}_joint>rear_{side}_wheel_joint</{side}_joint>" for side in ("left", "right")
+    )
+    own = cases.plugin(GZ, sides), cases.plugin(f"gz-sim-{system}-system")
+    path = robot_of(tmp_path, *own, drive=cases.car("gz"))
+    assert len(settings_of(path)) == 1
+    drive = load_robot(path, SearchPath()).drive
+    assert drive.steering == ("front_left_wheel_steer_joint", "front_right_wheel_steer_joint")
+
+
 @pytest.mark.parametrize(("file", "in_world"), [(P3D, True), (GZ, False)])
 def test_motion_is_the_true_one(tmp_path: Path, file: str, in_world: bool) -> None:
     path = robot_of(tmp_path, cases.plugin(file))

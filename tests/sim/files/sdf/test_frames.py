@@ -243,7 +243,7 @@ def test_a_joint_of_two_that_move_is_left_out_by_name(tmp_path: Path) -> None:
     assert set(world.movable) == {"a", "b"}
 
 
-def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: Path) -> None:
+def test_a_cart_on_wheels_rests_and_is_pushed(tmp_path: Path) -> None:
     box = "<collision name='c'><geometry><box><size>0.4 0.3 0.2</size></box></geometry></collision>"
     disc = "<geometry><cylinder><radius>0.1</radius><length>0.04</length></cylinder></geometry>"
     light = _INERTIAL.replace("4", "0.2")
@@ -256,7 +256,7 @@ def test_a_cart_and_its_wheels_are_one_body_that_rests_and_is_pushed(tmp_path: P
     body = f"<link name='l'><pose>0 0 0.25 0 0 0</pose>{light}{box}</link>"
     model = f"<model name='cart'><pose>1 0 0 0 0 0</pose>{body}{wheels}</model>"
     sim = simulator(_world(tmp_path, model))
-    assert "model 'cart': its links hold together as one body" in texts(sim.world.notes)
+    assert not texts(sim.world.notes)
     run(sim, 1.0)
     start = sim.stage.motion("cart").pose.position
     assert start == pytest.approx((1.0, 0.0, 0.25), abs=0.01)

@@ -142,15 +142,62 @@ def test_a_broken_joint_holds_fast_and_is_said() -> None:
     assert texts(notes.notes)[0].startswith("model 'm' joint 'frame-leaf' is left out")
 
 
-def test_a_cart_and_its_wheels_hold_together_and_that_is_said() -> None:
+def hung(
+    links: list[SdfLink], *joints: tuple[str, ...], notes: XmlFile, driven: tuple[str, ...] = ()
+) -> dict[str, str | None]:
+    """Return of each group's first link that of the group it hangs on; "world", or None if free."""
+    groups = rigid_groups(notes, "model 'm'", links, [joint(*words) for words in joints], driven)
+    names = [group.links[0].name for group in groups]
+    assert all(group.on is None or group.on < i for i, group in enumerate(groups))
+    return {
+        name: None if group.hinge is None else "world" if group.on is None else names[group.on]
+        for name, group in zip(names, groups, strict=True)
+    }
+
+
+@pytest.mark.parametrize("is_turned", [False, True])
+@pytest.mark.parametrize("top", ["", "world", "frame"])
+@pytest.mark.parametrize("count", [2, 3, 6])
+@pytest.mark.parametrize("is_star", [False, True])
+def test_links_in_chains_hang_on_each_other(
+    is_star: bool, count: int, top: str, is_turned: bool
+) -> None:
+    """A door was one piece with its handle, a cart with its wheels, a chest with its drawers."""
+    names = [f"l{i}" for i in range(count)]
+    above = {name: names[0] if is_star else names[i] for i, name in enumerate(names[1:])}
+    pairs = [*above.items(), *([(names[0], top)] if top else [])]
+    ends = [pair if is_turned else pair[::-1] for pair in pairs]
+    notes, links = sdf_file(), apart(*names)
+    links += [cube("frame", 40.0, static=True)] * (top == "frame")
+    found = hung(links, *(("revolute", *each) for each in ends), notes=notes)
+    assert found == {**above, names[0]: top or None} | ({"frame": None} if top == "frame" else {})
+    assert not notes.notes
+
+
+@pytest.mark.parametrize(
+    ("joints", "driven"),
+    [
+        ([("ball", "a", "b"), ("revolute", "b", "c")], ()),
+        ([("revolute", "a", "b"), ("revolute", "b", "c")], ("a-b",)),
+        ([("revolute", "a", "b", "<limit><lower>0</lower><upper>0</upper></limit>")], ()),
+        ([("revolute", "a", "b"), ("prismatic", "a", "b")], ()),
+        ([("revolute", "a", "b"), ("revolute", "b", "c"), ("revolute", "c", "a")], ()),
+        ([("revolute", "a", "b"), ("revolute", "a", "world"), ("revolute", "b", "world")], ()),
+    ],
+)
+def test_what_cannot_hang_holds_together_and_that_is_said(
+    joints: list[tuple[str, ...]], driven: tuple[str, ...]
+) -> None:
     notes = sdf_file()
-    links = [*apart("cart", "wheel", "crate"), cube("frame", 9.0, static=True)]
-    wheels = ("revolute", "cart", "wheel")
-    found = grouped(links, wheels, notes=notes)
-    assert found[1:] == [(["cart", "wheel"], False, False), (["crate"], False, False)]
-    assert texts(notes.notes) == ("model 'm': its links hold together as one body",)
-    on_rails = grouped(links, wheels, ("prismatic", "frame", "cart"))
-    assert on_rails[1:] == [(["cart", "wheel"], False, True), (["crate"], False, False)]
+    found = hung(apart("a", "b", "c"), *joints, notes=notes, driven=driven)
+    assert "b" not in found
+    assert "model 'm': its links hold together as one body" in texts(notes.notes)
+
+
+def test_what_nothing_can_touch_goes_with_what_it_hangs_on() -> None:
+    notes, (cart, knob) = sdf_file(), apart("cart", "knob")
+    knob.solid.clear()
+    assert hung([cart, knob], ("revolute", "cart", "knob"), notes=notes) == {"cart": None}
 
 
 def test_a_joint_within_one_body_or_of_what_stands_fast_changes_nothing() -> None:

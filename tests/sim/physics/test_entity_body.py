@@ -1,0 +1,88 @@
+"""What hangs on each other: chests with drawers, carts with wheels, doors with handles."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from arjuna_core.pose3 import Pose3
+from arjuna_core.twist import Velocity
+from arjuna_sim.model.entities import EntityError
+from arjuna_sim.simulation import Simulation
+from tests.sim.builders import run, saved_world, simulator
+
+FIXED = "<joint name='w' type='fixed'><parent>world</parent><child>body</child></joint>"
+GROUND = """<model name='g'><static>true</static><link name='l'><collision name='c'><geometry>
+<plane/></geometry></collision></link></model>"""
+
+
+def box(name: str, place: str, size: str, mass: float) -> str:
+    shape = f"<geometry><box><size>{size}</size></box></geometry>"
+    inertial = f"<inertial><mass>{mass}</mass></inertial>"
+    solid = f"<collision name='c'>{shape}</collision>"
+    return f"<link name='{name}'><pose>{place} 0 0 0</pose>{inertial}{solid}</link>"
+
+
+def joint(kind: str, parent: str, child: str, axis: str) -> str:
+    along = f"<axis><xyz>{axis}</xyz><limit><lower>0</lower><upper>0.4</upper></limit></axis>"
+    ends = f"<parent>{parent}</parent><child>{child}</child>"
+    return f"<joint name='{child}' type='{kind}'>{ends}{along}</joint>"
+
+
+def chest(folder: Path, more: str = "", drawers: int = 3) -> Simulation:
+    """Return a chest of 0.8 m ahead whose drawers and knobs lie within it, as Gazebo allows."""
+    inside = box("body", "0 0 0.4", "0.5 0.6 0.8", 30.0) + more
+    for i in range(drawers):
+        z = 0.15 + 0.25 * i
+        inside += box(f"d{i}", f"0.03 0 {z}", "0.5 0.5 0.2", 2.0)
+        inside += joint("prismatic", "body", f"d{i}", "1 0 0")
+        inside += box(f"k{i}", f"0.27 0 {z}", "0.1 0.03 0.03", 0.1)
+        inside += joint("revolute", f"d{i}", f"k{i}", "1 0 0")
+    model = f"<model name='chest'><pose>3 0 0 0 0 0</pose>{inside}</model>"
+    return simulator(saved_world(folder, GROUND + model))
+
+
+@pytest.mark.parametrize("more", ["", FIXED])
+@pytest.mark.parametrize("count", [1, 3])
+def test_parts_of_a_model_pass_through_each_other(more: str, count: int, tmp_path: Path) -> None:
+    """A drawer within its chest jumped out of it by 0.46 m, past its limit of 0.4 m."""
+    sim = chest(tmp_path, more, count)
+    before = {name: sim.stage.motion(name).pose.position for name in sim.world.movable}
+    assert len(before) == 2 * count + (not more)
+    run(sim, 2.0)
+    for name, position in before.items():
+        assert sim.stage.motion(name).pose.position == pytest.approx(position, abs=2e-3)
+
+
+def test_what_hangs_on_a_thing_goes_with_it(tmp_path: Path) -> None:
+    sim = chest(tmp_path)
+    sim.stage.move("chest", Pose3((3.0, 2.0, 0.4)))
+    run(sim, 0.5)
+    for name, x, z in (("chest::d1", 3.03, 0.4), ("chest::k1", 3.27, 0.4)):
+        found = sim.stage.motion(name).pose.position
+        assert found == pytest.approx((x, 2.0, z), abs=5e-3)
+    with pytest.raises(EntityError, match="'chest::k0' hangs on 'chest::d0': that can be moved"):
+        sim.stage.move("chest::k0", Pose3())
+    sim.stage.delete("chest::d0")
+    assert {"chest::d0", "chest::k0"}.isdisjoint(one.name for one in sim.stage.entities)
+    sim.stage.delete("chest")
+    assert not [one.name for one in sim.stage.entities if one.name.startswith("chest")]
+
+
+@pytest.mark.parametrize(("wheels", "rolls"), [("", False), ("revolute", True)])
+def test_a_cart_rolls_on_its_wheels(wheels: str, rolls: bool, tmp_path: Path) -> None:
+    inside = box("body", "0 0 0.25", "0.6 0.4 0.1", 20.0)
+    disc = "<geometry><cylinder><radius>0.1</radius><length>0.04</length></cylinder></geometry>"
+    for i, (x, y) in enumerate([(0.2, 0.25), (0.2, -0.25), (-0.2, 0.25), (-0.2, -0.25)]):
+        kind = wheels or "fixed"
+        inside += f"<link name='w{i}'><pose>{x} {y} 0.1 1.5708 0 0</pose><collision name='c'>{disc}"
+        inside += f"</collision></link><joint name='j{i}' type='{kind}'><parent>body</parent>"
+        inside += f"<child>w{i}</child><axis><xyz>0 0 1</xyz></axis></joint>"
+    model = f"<model name='cart'><pose>2 0 0 0 0 0</pose>{inside}</model>"
+    sim = simulator(saved_world(tmp_path, GROUND + model))
+    run(sim, 0.5)
+    sim.stage.push("cart", np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
+    run(sim, 2.0, Velocity())
+    assert (sim.stage.motion("cart").pose.position[0] - 2.0 > 0.3) is rolls
