@@ -63,15 +63,17 @@ class AngularBounds:
 
 @dataclass(frozen=True)
 class AngularGap:
-    """Puts the beams between two bearings beyond the greatest range."""
+    """Puts the beams between two bearings beyond the greatest range, or to NaN."""
 
     lower_angle: float = param(0.0, "Bearing after which beams are removed.", unit="rad")
     upper_angle: float = param(0.0, "Bearing before which they are removed.", unit="rad")
+    replace_with_nan: bool = param(False, "Whether they become NaN instead.")
 
     def apply(self, sweep: Sweep, mounted: Mounted, memory: dict[str, Any]) -> Sweep:
         """Return the sweep without the beams within."""
         within = (sweep.angles > self.lower_angle) & (sweep.angles < self.upper_angle)
-        return sweep.replaced(within, sweep.range_max + 1.0)
+        sweep = replace(sweep, intensities=sweep.intensities * ~within[: len(sweep.intensities)])
+        return sweep.replaced(within, math.nan if self.replace_with_nan else sweep.range_max + 1.0)
 
 
 @dataclass(frozen=True)

@@ -71,6 +71,7 @@ def _transform(message: Any, position: Any, q: Any) -> StampedTransform:
 
 
 SCAN, ODOMETRY = "sensor_msgs/msg/LaserScan", "nav_msgs/msg/Odometry"
+CLOUD = "sensor_msgs/msg/PointCloud2"
 
 
 @dataclass(frozen=True)
@@ -80,7 +81,8 @@ class RecordingTopics:
     scan: str = ""  # topic of the scans; "" for the only one there is
     odometry: str = ""  # topic of the odometry; "" for /tf, or an odometry topic where /tf lacks it
     odom_frame: str = "odom"  # frame of the odometry in /tf
-    base_frame: str = "base_footprint"  # frame of the robot's base
+    # frame of the robot's base; where /tf has none of that name, that of the odometry topic's poses
+    base_frame: str = "base_footprint"
 
 
 class Recording:
@@ -116,15 +118,21 @@ class Recording:
 
     def _choose(self) -> None:
         """Settle on the topics, or refuse with those that there are."""
-        self._scan = self._one(SCAN, self._topics.scan)
         every = self._bag.topics.items()
+        clouds = ", ".join(name for name, topic in every if topic.type_name == CLOUD)
+        cure = f" (play {clouds} to pointcloud_to_laserscan, and record its scan)" if clouds else ""
+        self._scan = self._one(SCAN, self._topics.scan, cure)
         self._tf = {name for name, topic in every if topic.type_name in TRANSFORMS}
         for topic in sorted({self._scan} | self._tf):
             self._check(topic)
         self._odometry = ""
-        if self._topics.odometry or not self._tf_has_odometry():
-            self._odometry = self._one(ODOMETRY, self._topics.odometry)
+        self._first = self._first_transforms()
+        if self._topics.odometry or self._first.try_lookup(*self._frames) is None:
+            why = _missing(self._first, self._frames)
+            self._odometry = self._one(ODOMETRY, self._topics.odometry, why)
             self._check(self._odometry)
+            if not self._first.knows(self._frames[1]):
+                self._frames = self._frames_of_odometry()
 
     def _check(self, name: str) -> None:
         topic = self._bag.topics[name]
@@ -135,8 +143,11 @@ class Recording:
             problem = f"{name} is of a type that only has the name of {topic.type_name}"
             raise InputFileError(self._path, f"{problem}; valid: its fields in ROS")
 
-    def _one(self, kind: str, wanted: str) -> str:
-        """Return the topic of a type to use: the wanted one, or the usual one, or the first."""
+    def _one(self, kind: str, wanted: str, why: str = "") -> str:
+        """Return the topic of a type to use: the wanted one, or the usual one, or the first.
+
+        `why` is what the refusal adds where there is none.
+        """
         topics = self._bag.topics
         found = sorted(name for name, topic in topics.items() if topic.type_name == kind)
         if wanted and wanted not in found:
@@ -144,14 +155,14 @@ class Recording:
             raise InputFileError(self._path, f"no topic '{wanted}' of {kind}; valid: {valid}")
         if not found:
             valid = ", ".join(sorted(topics)) or "none"
-            raise InputFileError(self._path, f"has no topic of {kind}; its topics: {valid}")
+            raise InputFileError(self._path, f"has no topic of {kind}{why}; its topics: {valid}")
         chosen = wanted or next((topic for topic in _USUAL if topic in found), found[0])
         if len(found) > 1 and not wanted:
             self._problems.append(f"of the topics {', '.join(found)}, {chosen} is used")
         return chosen
 
-    def _tf_has_odometry(self) -> bool:
-        """Return whether odom -> base shows up among the first transforms."""
+    def _first_transforms(self) -> TransformBuffer:
+        """Return the first transforms, up to the one that connects odometry and base."""
         buffer = TransformBuffer()
         searched = 2000  # messages in which the odometry must show up
         for count, message in enumerate(self._bag.messages(self._tf.__contains__)):
@@ -159,11 +170,20 @@ class Recording:
                 _insert(buffer, transforms_of(self._decoded(message)), message)
             except DecodeError:
                 continue  # counted when it is read again
-            if buffer.try_lookup(*self._frames) is not None:
-                return True
-            if count > searched:
+            if buffer.try_lookup(*self._frames) is not None or count > searched:
                 break
-        return False
+        return buffer
+
+    def _frames_of_odometry(self) -> tuple[str, str]:
+        """Return the frames that the odometry's first message names, for those it leaves empty."""
+        odom, base = self._frames
+        for message in self._bag.messages(self._odometry.__eq__):
+            try:
+                named = odometry_of(self._decoded(message))
+            except DecodeError:
+                continue
+            return named.parent or odom, named.child or base
+        return odom, base
 
     def _decoded(self, message: BagMessage) -> object:
         return self._decoder.decode(message.topic, message.data)
@@ -230,8 +250,8 @@ class Recording:
 
     def _mount(self, frame: str) -> SE2:
         """Return a sensor frame's pose on the robot; the origin if it is unknown."""
-        base = self._topics.base_frame
-        mount = self._buffer.try_lookup(base, frame)
+        base = self._frames[1]
+        mount = self._buffer.try_lookup(base, frame) or self._first.try_lookup(base, frame)
         if mount is None and frame not in self._mounts:
             problem = f"nothing says where '{frame}' is on '{base}': taken as its origin"
             self._problems.append(problem)
@@ -240,7 +260,7 @@ class Recording:
 
     def _upside_down(self, frame: str) -> bool:
         try:
-            return self._buffer.upside_down(self._topics.base_frame, frame)
+            return self._buffer.upside_down(self._frames[1], frame)
         except TransformError:
             return False
 
@@ -254,6 +274,15 @@ class Recording:
         except TransformError as error:
             return str(error)
         return "there is no odometry at the stamps of the scans"
+
+
+def _missing(buffer: TransformBuffer, frames: tuple[str, str]) -> str:
+    """Return why transforms hold no odometry, with the options that name its frames."""
+    try:
+        buffer.lookup(*frames)
+    except TransformError as error:
+        return f", and of its transforms {error} (--odom-frame, --base-frame)"
+    return ""
 
 
 def _insert(buffer: TransformBuffer, found: list[StampedTransform], message: BagMessage) -> None:

@@ -23,8 +23,9 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import Log
 from arjuna_slam.offline import MappedLog, localize_log, map_log
 from bringup.parameters.checking import merged_sources, write_remarks
-from bringup.parameters.files import for_node
-from bringup.parameters.sources import originals_of
+from bringup.parameters.files import for_node, merged
+from bringup.parameters.sources import of_names, originals_of
+from bringup.stack import STACKS
 from bringup.terminal import Bar
 from bringup.viewing.pictures import draw_snapshot
 from bringup.viewing.snapshot import Snapshot
@@ -112,7 +113,8 @@ def _parameters(arguments: argparse.Namespace, node: str) -> dict[str, Any]:
         originals_of(vars(arguments)),
     )
     write_remarks(read.remarks)
-    return dict(for_node(read.parameters, node))
+    named = of_names(vars(arguments), STACKS[arguments.command], read.parameters)
+    return dict(for_node(merged(read.parameters, named), node))
 
 
 class _Progress:

@@ -129,7 +129,9 @@ class Twins:
         patience = self._lease if any_dead(self._node) else 0.0
         if not self._warned and now >= self._since + patience:
             self._warned = True
+            own = "; the simulator's own gives way to 'sim --params FILE' of the other's parameters"
             self._node.get_logger().warning(
                 f"another process has {', '.join(twice)} too: end one of the two, or give one a"
                 f" --namespace or another --domain-id (here {os.environ.get('ROS_DOMAIN_ID', '0')})"
+                f"{own if any(name.endswith('/ekf_filter_node') for name in twice) else ''}"
             )

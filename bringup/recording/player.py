@@ -11,7 +11,7 @@ from rclpy.qos import ReliabilityPolicy
 from rclpy.serialization import deserialize_message
 from rosgraph_msgs.msg import Clock
 
-from arjuna_core.bags.topic import BagMessage, TopicInfo, offer_for
+from arjuna_core.bags.topic import BagMessage, TopicInfo, TopicQos, offer_for
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.qos import profile_of
@@ -47,7 +47,11 @@ class Player:
         self.published = 0
 
     def _advertise(self, topic: TopicInfo, static_publishers: int = 100) -> None:
-        """Advertise a topic; that of /tf_static latches a message of each of many publishers."""
+        """Advertise a topic; that of /tf_static latches a message of each of many publishers.
+
+        It does so where the recording has no QoS too, as one converted from ROS 1: tf2's listeners
+        hear no other.
+        """
         options, name = self._options, topic.name
         if topic.encoding != "cdr":
             self._note(f"{name} is left out: it is encoded as '{topic.encoding}', not as cdr")
@@ -63,7 +67,9 @@ class Player:
             self._events[name] = message_type
             self._clients[name] = self._node.create_client(service, name.removesuffix(EVENTS))
             return
-        offer = offer_for(topic.offers, static_publishers if name.endswith("tf_static") else 1)
+        is_static = name.endswith("tf_static")
+        offers = topic.offers or ([TopicQos(latched=True)] if is_static else [])
+        offer = offer_for(offers, static_publishers if is_static else 1)
         profile = options.overrides.get(name) or profile_of(offer)
         self._publishers[name] = self._node.create_publisher(
             message_type, options.remap.get(name, name), profile

@@ -64,13 +64,16 @@ class PyCostmap2D:
         x = self.origin_x + (mx + 0.5) * self.resolution
         return x, self.origin_y + (my + 0.5) * self.resolution
 
+    def worldToMap(self, wx: float, wy: float) -> tuple[int, int]:
+        """Return the cell of a point [m], also one beyond the costmap, as up to Humble."""
+        mx = int((wx - self.origin_x) // self.resolution)
+        return mx, int((wy - self.origin_y) // self.resolution)
+
     def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
         """Return the cell of a point [m], `(None, None)` where it is outside."""
-        if wx < self.origin_x or wy < self.origin_y:
-            return None, None
-        mx = int((wx - self.origin_x) // self.resolution)
-        my = int((wy - self.origin_y) // self.resolution)
-        return (mx, my) if mx < self.size_x and my < self.size_y else (None, None)
+        mx, my = self.worldToMap(wx, wy)
+        inside = 0 <= mx < self.size_x and 0 <= my < self.size_y
+        return (mx, my) if inside else (None, None)
 
     def getIndex(self, mx: int, my: int) -> int:
         return my * self.size_x + mx

@@ -61,6 +61,9 @@ class FootprintCollisionChecker:
         cells = ((x0 + share * (x1 - x0), y0 + share * (y1 - y0)) for share in shares)
         return _worst(self.pointCost(int(round(x, 5)), int(round(y, 5))) for x, y in cells)
 
+    def worldToMap(self, wx: float, wy: float) -> tuple[int, int]:
+        return self._costmap().worldToMap(wx, wy)
+
     def worldToMapValidated(self, wx: float, wy: float) -> tuple[int, int] | tuple[None, None]:
         return self._costmap().worldToMapValidated(wx, wy)
 

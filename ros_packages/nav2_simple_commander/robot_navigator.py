@@ -49,7 +49,10 @@ from rclpy.qos import (
 from nav2_simple_commander.services import RobotServices
 from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
 
-__all__ = ["BasicNavigator", "TaskResult"]
+__all__ = ["BasicNavigator", "NavigationResult", "TaskResult"]
+NavigationResult = TaskResult
+"""Its name in Galactic, as `isNavComplete` and `cancelNav` below."""
+
 _CLIENTS = {
     "nav_through_poses_client": (NavigateThroughPoses, "navigate_through_poses"),
     "nav_to_pose_client": (NavigateToPose, "navigate_to_pose"),
@@ -194,6 +197,8 @@ class BasicNavigator(RobotServices):
     def isTaskComplete(self, task: Any = None) -> bool:
         """Return whether the task has ended; `task`, of later releases, is the one there is."""
         return self._task.complete()
+
+    isNavComplete, cancelNav = isTaskComplete, cancelTask
 
     def getFeedback(self, task: Any = None) -> Any:
         return self.feedback

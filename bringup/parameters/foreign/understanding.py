@@ -59,12 +59,20 @@ def _of_no_node(unused: dict[str, Any], specs: Sequence[NodeSpec]) -> list[Remar
     """Return remarks on names below `/**`, which may all be of one program that runs alone."""
     if not unused:
         return []
-    own = {program: _own_keys(spec.config, unused) for program, spec in PROGRAMS.items()}
-    program = max(own, key=lambda one: len(unused.keys() & own[one].keys()))
+    own = {program: _chosen_keys(spec.config, unused) for program, spec in PROGRAMS.items()}
+    program = max(own, key=lambda one: len(own[one]))
     return [
         of_program(f"{EVERY_NODE}: {key}", program) if key in own[program] else _of_key(key, specs)
         for key in unused
     ]
+
+
+def _chosen_keys(config: type[Any], values: dict[str, Any]) -> set[str]:
+    """Return the names that a node has, but for those whose values are none of its choices."""
+    known = infos(config_class_for(config, dict(values), "", []))
+    others = {key for key, info in known.items() if info.choices and key in values}
+    others = {key for key in others if values[key] not in known[key].choices}
+    return (values.keys() & _own_keys(config, values).keys()) - others
 
 
 def _of_key(key: str, specs: Sequence[NodeSpec]) -> Remark:

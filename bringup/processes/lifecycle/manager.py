@@ -22,7 +22,9 @@ from bringup.processes.lifecycle.bonds import Bonds
 from bringup.processes.lifecycle.plan import Command, State, Step, Transition, Verdict, judge, plan
 
 SERVICE_DEADLINE = 10.0
-"""Time-out for a node's services to appear [s]."""
+"""Time-out for the services of a node that is taken down [s]."""
+START_DEADLINE = 60.0
+"""Time-out for those of one that comes up [s]: it may have been started just now."""
 TRANSITION_DEADLINE = 90.0
 """Time-out of a transition [s]; the first ever compiles the algorithms."""
 _UPS = (Command.STARTUP, Command.RESUME)
@@ -184,10 +186,13 @@ class LifecycleManager(GuardedNode):
 
     def _ask(self, job: _Job, now: float) -> None:
         node = job.steps[0].node
+        deadline = START_DEADLINE if job.steps[0].transition.upward else SERVICE_DEADLINE
         if self._states[node].service_is_ready() and self._changes[node].service_is_ready():
             self._wait_for(job, self._states[node].call_async(GetState.Request()), self._on_state)
-        elif now - job.step_started > SERVICE_DEADLINE:
-            self._fail(job, f"offers no lifecycle services after {SERVICE_DEADLINE:.0f} s")
+        elif now - job.step_started > deadline:
+            self._fail(job, f"offers no lifecycle services after {deadline:.0f} s")
+        else:
+            self._on_wait(f"{node}, to offer its lifecycle services")
 
     def _wait_for(self, job: _Job, future: Any, then: Callable[[_Job, Any], None]) -> None:
         def done(finished: Any) -> None:

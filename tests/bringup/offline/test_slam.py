@@ -22,7 +22,15 @@ from bringup.cli import run as run_cli
 from bringup.offline.calibration import write_calibration
 from bringup.parameters.files import for_node, load_parameters
 from bringup.terminal import Bar
-from tests.core.bags.recordings import SCAN, TF, Entry, scan_bytes, transform_bytes, write_humble
+from tests.core.bags.recordings import (
+    SCAN,
+    TF,
+    Entry,
+    scan_bytes,
+    transform_bytes,
+    write,
+    write_humble,
+)
 from tests.slam.amcl.room import Robot, ranges_at, room_map
 from tests.slam.logs.test_recording import LOG, entries, text
 
@@ -106,6 +114,15 @@ def test_a_bag_with_the_definitions_of_humble_becomes_a_map(storage: str, tmp_pa
     assert cli.run(parse(["slam", "--offline", str(path), "--out", str(tmp_path / "out")])) == 0
     report = json.loads((tmp_path / "out/report.json").read_text())
     assert (report["scans"], report["scans_skipped"]) == (len(LOG), 0)
+
+
+def test_frames_are_those_of_the_command_line(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = write(tmp_path / "a.mcap", entries())
+    argv = ["slam", "--offline", str(path), "--out", str(tmp_path / "out"), "--base-frame", "base"]
+    assert run_cli(parse(argv)) == REFUSED
+    assert "no transform connects 'odom' and 'base'" in capsys.readouterr().err
 
 
 @pytest.fixture

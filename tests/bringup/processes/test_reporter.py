@@ -62,3 +62,11 @@ def test_a_dead_process_may_be_remembered(graph: Graph, monkeypatch: pytest.Monk
     assert graph.warnings == []
     looking.look(25.0)
     assert len(graph.warnings) == 1
+
+
+def test_a_second_filter_of_odometry_is_told_how_the_simulators_gives_way(graph: Graph) -> None:
+    looking = Twins(graph, ["/ekf_filter_node"])
+    graph.pairs = [("ekf_filter_node", "/")] * 2
+    looking.look(0.0)
+    (warning,) = graph.warnings
+    assert "the simulator's own gives way to 'sim --params FILE'" in warning

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -14,6 +16,7 @@ from std_srvs.srv import Trigger
 from arjuna_core.config import param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros.node import ManagedNode
+from bringup.processes.lifecycle import manager
 from bringup.processes.lifecycle.manager import LifecycleManager, LifecycleManagerConfig
 from bringup.processes.lifecycle.plan import Command
 from bringup.stack import EXPLORER_GROUP, STACKS
@@ -151,8 +154,8 @@ def test_two_managers_may_bring_up_the_same_nodes(managed: Callable[..., Managed
     process, names = system.bench.process, ["first", "second"]
     other = LifecycleManager(process, f"{NAME}_other", names, config, commandable=False)
     ended: list[bool] = []
-    for manager in (system.manager, other):
-        manager.submit(Command.STARTUP, ended.append)
+    for one in (system.manager, other):
+        one.submit(Command.STARTUP, ended.append)
     system.spin_until(lambda: len(ended) == 2)
     assert ended == [True, True]
     assert sorted(system.diary) == [
@@ -255,6 +258,18 @@ def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Callable[..., M
     steps = ("configure", "activate")
     assert system.diary == [f"{name} {step}" for step in steps for name in names]
     assert system.manager.get_parameter("node_names").value == ["first", "second", "/own"]
+
+
+def test_one_that_starts_half_a_minute_later_comes_up_too(
+    managed: Callable[..., Managed], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = managed(autostart=True, node_names=("/own",))
+    system.spin_until(lambda: "second configure" in system.diary)
+    later = SimpleNamespace(monotonic=lambda: time.monotonic() + 30.0)
+    monkeypatch.setattr(manager, "time", later)
+    system.spin(0.5)
+    system.add("own")
+    system.spin_until(lambda: system.manager.system_active)
 
 
 @pytest.mark.parametrize("back", [True, False])

@@ -15,7 +15,7 @@ from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import ComputePathToPose, NavigateToPose
 from nav2_msgs.srv import ClearEntireCostmap
 from nav2_simple_commander import task
-from nav2_simple_commander.robot_navigator import BasicNavigator, TaskResult
+from nav2_simple_commander.robot_navigator import BasicNavigator, NavigationResult, TaskResult
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
@@ -169,6 +169,14 @@ def test_a_cancelled_goal_says_so(navigator: BasicNavigator) -> None:
     while not navigator.isTaskComplete():
         pass
     assert navigator.getResult() is TaskResult.CANCELED
+
+
+def test_a_goal_is_cancelled_by_galactics_names(navigator: BasicNavigator) -> None:
+    assert navigator.goToPose(at(3.0))
+    navigator.cancelNav()
+    while not navigator.isNavComplete():
+        pass
+    assert navigator.getResult() is NavigationResult.CANCELED
 
 
 def test_a_program_sends_a_goal_by_the_navigator_s_own_client(navigator: BasicNavigator) -> None:

@@ -53,11 +53,13 @@ def test_a_costmap_is_read_by_cells_and_by_metres() -> None:
         ((7.99, 3.99), (19, 9)),
         ((8.0, 0.0), (None, None)),
         ((-2.1, 0.0), (None, None)),
-        ((0.0, -1.2), (None, None)),
+        ((8.0, -1.2), (None, None)),
     ],
 )
 def test_points_outside_have_no_cell(point: tuple[float, float], cell: tuple[Any, Any]) -> None:
     assert costmap().worldToMapValidated(*point) == cell
+    unchecked = costmap().worldToMap(*point)
+    assert unchecked == cell if cell[0] is not None else unchecked[0] not in range(20)
 
 
 LINES: list[tuple[tuple[float, ...], list[tuple[float, float]]]] = [

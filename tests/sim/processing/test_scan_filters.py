@@ -67,6 +67,9 @@ def test_angular_bounds_cut_the_scan() -> None:
     assert got.first == 2
     got = filtered("LaserScanAngularBoundsFilterInPlace", given, **bounds)
     np.testing.assert_array_equal(got.ranges, [1.0, 2.0, 11.0, 11.0, 5.0])
+    np.testing.assert_array_equal(got.intensities, [1.0, 2.0, 0.0, 0.0, 5.0])
+    got = filtered("LaserScanAngularBoundsFilterInPlace", given, replace_with_nan=True, **bounds)
+    np.testing.assert_array_equal(got.ranges, [1.0, 2.0, NAN, NAN, 5.0])
 
 
 def test_points_in_a_box_about_the_robot_are_removed() -> None:

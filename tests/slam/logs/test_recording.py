@@ -81,6 +81,17 @@ def test_scans_get_their_odometry_and_mount(tmp_path: Path, tf: bool, odometry: 
     assert log.progress == pytest.approx(1.0, abs=0.2)
 
 
+@pytest.mark.parametrize("moving", [False, True])
+def test_the_base_is_the_odometrys_own_where_tf_has_no_other(tmp_path: Path, moving: bool) -> None:
+    topic = "/tf" if moving else "/tf_static"
+    mount = topic, TF, 0.5, transform_bytes(("base_link", *MOUNT[1:]))
+    every = [*entries(False, True, mount=False), mount]
+    log = open_log(write(tmp_path / "a.mcap", every), RecordingTopics())
+    for scan, _ in log:
+        assert scan.T_base_sensor.distance(MOUNT[2]) < 1e-9
+    assert log.problems == []
+
+
 def test_an_odometry_topic_asked_for_wins_over_tf(tmp_path: Path) -> None:
     wrong = [
         (topic, kind, stamp, transform_bytes(("odom", "base_footprint", SE2(9.0), stamp)))
@@ -132,7 +143,10 @@ def test_a_rosbag2_folder_is_read_in_the_order_of_its_metadata(tmp_path: Path) -
     [
         (RecordingTopics(scan="/front"), "no topic '/front' of sensor_msgs.*valid: /scan"),
         (RecordingTopics(odometry="/odom"), "no topic '/odom' of nav_msgs.*valid: none"),
-        (RecordingTopics(base_frame="base"), "has no topic of nav_msgs/msg/Odometry"),
+        (
+            RecordingTopics(base_frame="base"),
+            "has no topic of nav_msgs/msg/Odometry.*'odom' and 'base'.*--base-frame",
+        ),
     ],
 )
 def test_what_is_not_there_is_named_with_what_is(

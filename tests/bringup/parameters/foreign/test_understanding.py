@@ -418,6 +418,10 @@ def test_a_node_s_word_on_its_clock_is_kept() -> None:
         ("use_stamped: false, topics: {joy: {topic: joy_vel, priority: 9}}", "twist_mux twist_mux"),
         ("delay: 3.0, yaw_offset: 0.1", "robot_localization navsat_transform_node"),
         ("axis_linear: {x: 1}, enable_button: 4", "teleop_twist_joy teleop_node"),
+        (
+            "filter1: {type: laser_filters/LaserScanBoxFilter, params: {box_frame: a}}",
+            "laser_filters scan_to_scan_filter_chain",
+        ),
     ],
 )
 def test_names_for_every_node_are_those_of_a_node_that_runs_alone(

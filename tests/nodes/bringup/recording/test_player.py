@@ -11,6 +11,7 @@ from rclpy.serialization import serialize_message
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
 from rosgraph_msgs.msg import Clock
 from std_msgs.msg import String
+from tf2_msgs.msg import TFMessage
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicInfo, TopicQos
@@ -71,6 +72,15 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
     assert content(again) == content(bag)
     assert len(content(bag)) == 6
     assert again.topics["/once"].offers[0].latched
+
+
+def test_static_transforms_without_a_recorded_profile_reach_tf2(bench: RosBench) -> None:
+    name, kind = "/robot1/tf_static", "tf2_msgs/msg/TFMessage"
+    topic = TopicInfo(name, kind)
+    with closing(Player(bench.process.make_node("player", spun=False), [topic])) as player:
+        player.publish(BagMessage(topic, 0, bytes([0, 1, 0, 0, 0, 0, 0, 0])))
+        bench.process.drain()
+        assert bench.latched(TFMessage, name)
 
 
 def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
