@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from arjuna_core.arrays import Bytes, Floats, Ints
+from arjuna_core.arrays import Bools, Bytes, Floats, Ints
 from arjuna_core.config import duration_param, param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
@@ -264,11 +264,33 @@ class ObstacleLayer(SensedLayer):
     ) -> None:
         """Do the same by points: those of a cloud, or the ends of a scan's beams."""
         limits, is_scan = self._limits(source), isinstance(seen, PlacedScan)
-        points = None
+        used, points = np.zeros((0, 3)), np.zeros((0, 3))
         for clears in (True,) * clearing + (False,) * marking:
-            if points is None or (is_scan and source.inf_is_valid):
-                points = self._in_grid(as_cloud(seen, source, clears), source)
-            self._enter_points(points[0], points[1:], limits, clears, is_scan)
+            if not len(points) or (is_scan and source.inf_is_valid):
+                cloud = as_cloud(seen, source, clears)
+                used = used_points(cloud, source)
+                points = self._in_grid(cloud, used)
+            ends = points[1:]
+            if not (clears or is_scan):
+                ends = ends[~self._is_own(used[:, :2])]
+            self._enter_points(points[0], ends, limits, clears, is_scan)
+
+    def _is_own(self, points: Floats, error: float = 0.01) -> Bools:
+        """Return which points `(N, 2)` from the base are of the robot's own body, `(N,)`.
+
+        Of a body that a camera sees the edges lie in cells that are not under it as a whole.
+
+        Args:
+            error: Of a point, and of the body's outline [m].
+        """
+        if self.master.body is None:
+            return np.zeros(len(points), bool)
+        body = self.master.body.widened(error)
+        low, high = body.points.min(axis=0), body.points.max(axis=0)
+        own: Bools = ((points >= low) & (points <= high)).all(axis=1)
+        near = np.flatnonzero(own)
+        own[near] = body.holds(points[near])
+        return own
 
     def _enter_points(
         self, sensor: Floats, points: Floats, limits: Floats, clearing: bool, precise: bool
@@ -284,11 +306,11 @@ class ObstacleLayer(SensedLayer):
         """Height of a cell and of the lowest one's bottom [m]: here it is one, of any height."""
         return 1.0, 0.0
 
-    def _in_grid(self, seen: PlacedCloud, source: SourceConfig) -> Floats:
-        """Return the sensor and the points between the source's heights, `(1 + N, 3)` in cells."""
+    def _in_grid(self, seen: PlacedCloud, used: Floats) -> Floats:
+        """Return the sensor and the points that are used, `(1 + N, 3)` in cells."""
         (edge, bottom), frame = self._edges, self.master.frame
         points: Floats
-        points = np.vstack((seen.reading.sensor, used_points(seen, source)))
+        points = np.vstack((seen.reading.sensor, used))
         points[:, :2] = (frame.origin.inverse() @ seen.T_global_base).apply(points[:, :2])
         points[:, 2] -= bottom
         points /= np.array([frame.resolution, frame.resolution, edge])

@@ -60,6 +60,27 @@ BODY = "[[0.3, 0.2], [0.3, -0.2], [-0.3, -0.2], [-0.3, 0.2]]"
 
 
 @pytest.mark.parametrize("cls", LAYERS)
+@pytest.mark.parametrize(
+    ("body", "at", "kept"),
+    [
+        (BODY, 0.299, []),  # its own front edge, in a cell that is not under it as a whole
+        (BODY, 0.31, []),
+        (BODY, 0.32, [0.3]),
+        ("", 0.42, [0.4]),
+    ],
+)
+def test_a_camera_s_view_of_the_body_s_edge_marks_nothing(
+    cls: str, body: str, at: float, kept: list[float]
+) -> None:
+    """A robot that saw its own bumper from above stood before it for ever."""
+    layer = {"observation_sources": "s", "s": {**CLOUD, "clearing": False}}
+    layered = costmap(cls, layer, robot_radius=0.4, body=body)
+    points = np.array([[at, 0.001, 0.2], [at, 0.002, 0.2]])
+    see(layered, 0.1, PlacedCloud(Cloud(points, np.array([0.1, 0.0, 0.6]), 0.1), SE2()))
+    assert marked(layered) == kept
+
+
+@pytest.mark.parametrize("cls", LAYERS)
 @pytest.mark.parametrize("axle", [0.0, -0.25])
 @pytest.mark.parametrize(
     ("body", "kept"), [("", []), (BODY, [0.3, 0.35])], ids=["footprint", "body"]
