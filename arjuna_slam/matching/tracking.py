@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -115,7 +115,14 @@ class TrackerConfig(MatcherConfig):
         True, "Whether scans correct the odometry; without, it is believed."
     )
     correlation_search_space_dimension: float = length_param(
-        1.0, "Width of a keyframe's window; 0.5 loses slipping wheels.", maximum=10.0
+        1.0, "Width of a keyframe's window.", maximum=10.0
+    )
+    widest_search_space_dimension: float = length_param(
+        2.0,
+        "Width up to which the window is doubled while less than half of the scan's points match:"
+        " wheels slipped farther.",
+        maximum=10.0,
+        theirs=0.0,
     )
     coarse_search_angle_offset: float = angle_param(
         0.349, "Half the angle of a keyframe's window.", maximum=6.3
@@ -191,7 +198,11 @@ class Tracker:
             tracked = self._matcher.track(reference, surface, prior, information)
             if tracked.status in (MatchStatus.MATCHED, MatchStatus.TOO_FEW_POINTS):
                 return tracked
-        config = self._config
-        return self._matcher.match(
-            reference, surface, prior, config.window, config.match_minimum_response, information
-        )
+        window, least = self._config.window, self._config.match_minimum_response
+        best = self._matcher.match(reference, surface, prior, window, least, information)
+        widest = 0.5 * self._config.widest_search_space_dimension
+        while best.response < 0.5 and 0.0 < window.xy <= 0.5 * widest:
+            window = replace(window, xy=2.0 * window.xy)
+            found = self._matcher.match(reference, surface, prior, window, least, information)
+            best = found if found.response > best.response else best
+        return best

@@ -156,6 +156,7 @@ class Scripted(ScanMatcher):
 
     status: MatchStatus = MatchStatus.MATCHED
     known: Floats = field(default_factory=lambda: KNOWN)
+    responses: tuple[float, ...] = (0.6,)  # of its searches; the last one's of all others
     tracked: list[Any] = field(default_factory=list)
     searched: list[Any] = field(default_factory=list)
 
@@ -164,8 +165,9 @@ class Scripted(ScanMatcher):
         return Match(self.status, how[2] @ SE2(0.01), self.known, 0.5)
 
     def match(self, *how: Any) -> Match:
+        response = self.responses[min(len(self.searched), len(self.responses) - 1)]
         self.searched.append(how)
-        return Match(MatchStatus.MATCHED, how[2] @ SE2(0.02), self.known, 0.6)
+        return Match(MatchStatus.MATCHED, how[2] @ SE2(0.02), self.known, response)
 
 
 @pytest.mark.parametrize(
@@ -193,6 +195,30 @@ def test_a_scan_is_searched_where_it_is_due_or_tracking_fails(
     for how in scripted.searched:
         assert how[3:5] == (Window(0.5, 0.349, 3, 0.25, 1.0, 0.8, 0.9), 0.3)
     assert match.T_field_base.y == pytest.approx(1.52 if asked[1] else 1.51)
+
+
+@pytest.mark.parametrize(
+    ("responses", "width", "widest", "searched", "best"),
+    [
+        ((0.5,), 0.5, 2.0, [0.25], 0.5),
+        ((0.1, 0.9), 0.5, 2.0, [0.25, 0.5], 0.9),
+        ((0.1, 0.4, 0.3), 0.5, 2.0, [0.25, 0.5, 1.0], 0.4),
+        ((0.1,), 0.6, 2.0, [0.3, 0.6], 0.1),
+        ((0.1,), 0.5, 0.0, [0.25], 0.1),
+        ((0.1,), 0.0, 2.0, [0.0], 0.1),
+    ],
+)
+def test_what_matches_badly_is_searched_for_farther_away(
+    responses: tuple[float, ...], width: float, widest: float, searched: list[float], best: float
+) -> None:
+    config = TrackerConfig(
+        correlation_search_space_dimension=width, widest_search_space_dimension=widest
+    )
+    scripted = Scripted(responses=responses)
+    tracker = Tracker(config, scripted)
+    match = tracker.locate(Field(0.05, 0.05), NOTHING, SE2(), SE2(), np.linalg.inv(KNOWN), True)
+    assert [how[3].xy for how in scripted.searched] == pytest.approx(searched)
+    assert match.response == best
 
 
 def test_odometry_is_followed_where_scans_shall_not_correct_it() -> None:
