@@ -69,14 +69,12 @@ def mesh_shape(
     size = xml.numbers(scale, 3, f"{label} scale")
     if 0.0 in size:
         raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
-    path = xml.find(uri, label)
+    path, of = xml.find(uri, label), "visual" if label.endswith("visual") else "collision"
     if path is None:
         option = _OPTIONS.get(uri.partition("://")[0])
         rest = "" if option is None else f"; {option} DIR finds it below DIR"
         problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
-        xml.note(f"{label}: {problem}", NoteKind.MISSING)
-        if not label.endswith("visual"):
-            xml.missing.append(f"'{uri}'{rest}")
+        xml.note(f"{label}: {problem}", NoteKind.MISSING, of)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(
@@ -87,7 +85,7 @@ def mesh_shape(
     try:
         mesh = _mesh(xml, path, part, centred, f"{label}: mesh '{uri}'")
     except MeshError as error:
-        if not label.endswith("visual"):
+        if of == "collision":
             raise xml.fail(label, f"mesh '{uri}' {error.problem}") from error
         xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn")
         return None

@@ -154,9 +154,10 @@ def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
     Raises:
         RobotError: A mesh is not there: where its body is, under which they stand, is not known.
     """
-    if xml.missing:
-        problem = "is moved in the plane, on wheels that would stand below a body that is not there"
-        raise xml.fail("drive", f"{problem}: mesh {xml.missing[0]}")
+    for note in xml.notes:
+        if (note.kind, note.of) == (NoteKind.MISSING, "collision"):
+            problem = "is moved in the plane, on wheels that would stand below what is not there"
+            raise xml.fail("drive", f"{problem}: {note.text}")
     points = np.vstack([np.zeros((0, 3)), *(_points(urdf, link) for link in urdf.links)])
     if not len(points):
         return urdf, None
