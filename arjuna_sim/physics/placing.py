@@ -47,18 +47,19 @@ class Placer:
         tries = list(self._tries(pose))
         return () if any(not touched for _, touched in tries) else tries[0][1]
 
-    def nearest_free(self, pose: SE2) -> SE2:
+    def nearest_free(self, asked: SE2 | None) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
         Any but the pose itself has room to turn and drive away. The origin, where a robot starts
-        unless somebody asks for another pose, gives way to one that has such room beside it.
+        if nobody asks for a pose, gives way to one that has such room beside it.
 
         Raises:
             WorldError: No pose within 3 m is free.
         """
+        pose = asked or IDENTITY
         touched = self.touched(pose)
-        if not touched and pose != IDENTITY:
-            return pose
+        if asked and not touched:
+            return asked
         survey = self._ground.survey(pose.x, pose.y)
         if not touched:
             has_room = self._has_room(pose, survey, False)
