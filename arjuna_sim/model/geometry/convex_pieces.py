@@ -287,6 +287,6 @@ def _thick(faces: Floats, counts: Ints) -> list[Floats]:
     lengths = np.linalg.norm(normals, axis=1)
     faces_one_side = (doubled > 0.0) & (lengths > 0.97 * doubled)
     back = _SHEET * normals / np.where(faces_one_side, lengths, 1.0)[:, None]
-    back[~faces_one_side] = 0.0
-    behind = faces - back.repeat(counts, axis=0)[:, None]
-    return hulls(np.stack((faces, behind), axis=1).reshape(-1, 3), 6 * counts)
+    points = np.stack((faces, faces - back.repeat(counts, axis=0)[:, None]), axis=1)
+    is_used = np.stack((np.ones(len(faces), bool), faces_one_side.repeat(counts)), axis=1)
+    return hulls(points[is_used].reshape(-1, 3), 3 * counts * (1 + faces_one_side))
