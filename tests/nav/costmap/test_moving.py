@@ -14,6 +14,7 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.scan import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
+from arjuna_nav.costmap.layers.voxel import VoxelLayer
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.costmap.moving.trails import path_costs
 from tests.helpers.nav.layers import SCAN, clouds, costmap_config, scans, see
@@ -337,6 +338,8 @@ def test_what_a_camera_marked_of_who_walks_fades_and_a_table_beside_stays() -> N
         watched.see((0.9, -0.9 + 0.1 * k))
     assert not watched.lethal_about(0.9, 0.3)
     assert watched.lethal_about(1.8, 0.0)
+    (layer,) = (one for one in watched.layered.group.in_use if isinstance(one, VoxelLayer))
+    assert np.argwhere(layer.voxels).tolist() == [[80, 115]]
 
 
 def test_it_costs_to_be_where_somebody_will_be_and_less_the_later() -> None:
@@ -397,6 +400,7 @@ def test_path_costs_lie_where_things_move_on_any_grid(origin: SE2) -> None:
     costs[patch.window] = patch.costs
     first, middle, last = costs[40, 40], costs[40, 60], costs[40, 78]
     assert first > middle > last > 0
+    assert (first, costs[52, 40]) == (29, 12)  # 6 cells wide is the edge
     assert costs[40, 30] > 0
     assert not costs[[40, 62, 40], [20, 60, 100]].any()
     moved = path_costs(thing, 0.5, 1.0, 0.25, frame)
