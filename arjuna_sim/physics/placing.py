@@ -56,12 +56,11 @@ class Placer:
         """
         pose = asked or IDENTITY
         touched = self.touched(pose)
-        if asked and not touched:
-            return asked
-        survey = self._ground.survey(pose.x, pose.y)
+        if not touched and (asked or self._has_room(pose)):
+            return pose
+        survey = self._ground.survey(pose.x, pose.y)  # takes a tenth of a second
         if not touched:
-            has_room = self._has_room(pose, survey, False)
-            return pose if has_room else self._nearest(pose, survey, True, 0.5) or pose
+            return self._nearest(pose, survey, True, 0.5) or pose
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
@@ -83,13 +82,13 @@ class Placer:
                     return SE2(x, y, pose.theta)
         return None
 
-    def _has_room(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
+    def _has_room(self, pose: SE2, survey: Survey | None = None, is_ground: bool = False) -> bool:
         """Return whether the robot can turn at a pose, and drive away to any side."""
         turns = (SE2(pose.x, pose.y, pose.theta + math.pi * step / 6) for step in range(12))
         ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (0.05, -0.05))
         return all(self._is_free(end, survey, is_ground) for end in ends)
 
-    def _is_free(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
+    def _is_free(self, pose: SE2, survey: Survey | None, is_ground: bool) -> bool:
         tries = self._tries(pose, survey)
         return not next(tries)[1] or (not is_ground and any(not names for _, names in tries))
 
