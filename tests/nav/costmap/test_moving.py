@@ -15,6 +15,7 @@ from arjuna_core.scan import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
 from arjuna_nav.costmap.layers.voxel import VoxelLayer
+from arjuna_nav.costmap.moving.sightings import free_standing
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.costmap.moving.trails import path_costs
 from tests.helpers.nav.layers import SCAN, clouds, costmap_config, scans, see
@@ -190,6 +191,19 @@ def test_things_have_their_middle_velocity_and_size() -> None:
     assert (x, y) == pytest.approx((1.45, 0.0), abs=0.1)
     assert (vx, vy) == pytest.approx((0.0, 0.8), abs=0.2)
     assert radius == pytest.approx(0.2, abs=0.05)
+
+
+@pytest.mark.parametrize("first", [20, 37])
+def test_a_thing_stands_free_where_the_beams_beside_it_reach_farther(first: int) -> None:
+    ranges = np.full(40, 3.0)
+    ranges[first : first + 3] = 1.0
+    angles = np.arange(40) * (2.0 * math.pi / 40)
+    points = ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    found = [first, first + 2]
+    assert free_standing(points, ranges, True).tolist() == [found]
+    assert free_standing(points, ranges, False).tolist() == ([found] if first == 20 else [])
+    ranges[first - 1] = 1.1
+    assert not len(free_standing(points, ranges, True)), "it may be hidden"
 
 
 def test_who_steps_out_from_behind_is_known_before_the_speed_is() -> None:
