@@ -159,8 +159,8 @@ def read(path: Path) -> Lattice:
     except (ValueError, OverflowError, KeyError, TypeError, IndexError) as error:
         raise InputFileError(path, f"is no file of lattice primitives: {error!r}") from error
     if model not in _MODELS or not 0.0 < radius < _FARTHEST:
-        valid = ", ".join(_MODELS)
-        problem = f"motion_model '{model}' with turning_radius {radius:g} m; valid: {valid}, > 0"
+        valid = f"{', '.join(_MODELS)}; over 0, below {_FARTHEST:g} m"
+        problem = f"motion_model '{model}' with turning_radius {radius:g} m; valid: {valid}"
         raise InputFileError(path, problem)
     return Lattice(angles, pieces, model != "ackermann", radius)
 
