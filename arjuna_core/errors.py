@@ -131,7 +131,7 @@ def _edits(name: str, other: str) -> int:
     Source: Damerau, "A technique for computer detection and correction of spelling errors",
     CACM 1964, in its form of optimal string alignment.
     """
-    before, last = [0] * (len(other) + 1), list(range(len(other) + 1))
+    before = last = list(range(len(other) + 1))
     for i, letter in enumerate(name, 1):
         row = [i]
         for j, theirs in enumerate(other, 1):

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.camera import Camera, CameraError, Shot
@@ -61,7 +61,7 @@ class DrivenRobot:
     Args:
         name: Its name on the stage, which holds it as `model.below(name)`.
         seeds: Four, of all its noise.
-        wanted: Where it starts.
+        wanted: Where it starts; None if that was not asked for.
 
     Attributes:
         spawn: Its start: where that was wanted, or the nearest free pose.
@@ -76,9 +76,9 @@ class DrivenRobot:
         stage: Stage,
         config: SimulatorConfig,
         seeds: NDArray[np.uint64],
-        wanted: SE2,
+        wanted: SE2 | None,
     ) -> None:
-        self.name, self.model, self.spawn, self.seeds = name, model, wanted, seeds
+        self.name, self.model, self.spawn, self.seeds = name, model, wanted or IDENTITY, seeds
         self._stage, self._config, self._wanted = stage, config, wanted
         staged = stage.robots[name].settings.sensors
         self._staged = dict(zip(map(_key, model.settings.sensors), staged, strict=True))
@@ -275,8 +275,8 @@ class DrivenRobot:
 
     def choose_spawn(self) -> None:
         """Start at the pose that was asked for, or nearest to it where it can stand."""
-        wanted = self._wanted
-        self.spawn = self._placer.nearest_free(wanted)
+        wanted = self._wanted or IDENTITY
+        self.spawn = self._placer.nearest_free(self._wanted)
         self._spawn_notes = ()
         if self.spawn != wanted:
             touched = self._placer.touched(wanted)

@@ -22,13 +22,16 @@ from arjuna_sim.world_sensors import WorldSensors
 
 @dataclass(frozen=True)
 class Start:
-    """A robot and its start pose; the nearest free pose if that is blocked."""
+    """A robot and its start pose; the nearest free one if that is blocked.
+
+    None asks for none: that is the origin, or where the robot has room to turn beside it.
+    """
 
     robot: RobotModel
-    pose: SE2 = IDENTITY
+    pose: SE2 | None = None
 
 
-def solo(robot: RobotModel, pose: SE2 = IDENTITY) -> dict[str, Start]:
+def solo(robot: RobotModel, pose: SE2 | None = None) -> dict[str, Start]:
     """Return the start of a robot that has a simulation for its own."""
     return {SOLO: Start(robot, pose)}
 
@@ -113,10 +116,10 @@ class Simulation:
         before = dict(self.stage.robots)
         self.stage.set_robots({**before, name: start.robot.below(name)})
         robot = self._made(name, start)
-        if touched := robot.obstacles_at(start.pose):
+        if touched := robot.obstacles_at(robot.spawn):
             self.stage.set_robots(before)
             raise BlockedPoseError(f"'{name}' would stand in {', '.join(touched)} there")
-        robot.set_pose(start.pose)
+        robot.set_pose(robot.spawn)
         self.robots[name] = robot
 
     def remove(self, name: str) -> None:

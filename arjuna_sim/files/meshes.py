@@ -69,15 +69,13 @@ def mesh_shape(
     size = xml.numbers(scale, 3, f"{label} scale")
     if 0.0 in size:
         raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
-    seen = NoteKind.UNDRAWN if label.endswith("visual") else None
-    path = xml.find(uri, label)
+    path, of = xml.find(uri, label), "visual" if label.endswith("visual") else "collision"
+    seen = NoteKind.UNDRAWN if of == "visual" else None
     if path is None:
         option = _OPTIONS.get(uri.partition("://")[0])
         rest = "" if option is None else f"; {option} DIR finds it below DIR"
         problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
-        xml.note(f"{label}: {problem}", seen or NoteKind.MISSING)
-        if seen is None:
-            xml.missing.append(f"'{uri}'{rest}")
+        xml.note(f"{label}: {problem}", seen or NoteKind.MISSING, of)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(

@@ -65,7 +65,6 @@ class XmlFile:
         self.meshes: dict[Path, Mesh] = {}
         self.terrains: dict[Path, Terrain] = {}
         self.notes: dict[Note, None] = {}
-        self.missing: list[str] = []  # meshes that collide
 
     def _parse(self, tag: str) -> Element:
         root = parse_xml(self.path, self.text, self.error)
@@ -82,9 +81,9 @@ class XmlFile:
         """Return the exception to raise for an element of this file."""
         return self.error(self.path, problem, label)
 
-    def note(self, text: str, kind: NoteKind = NoteKind.CHANGED) -> None:
+    def note(self, text: str, kind: NoteKind = NoteKind.CHANGED, of: str = "") -> None:
         """Keep one line on what is not simulated as the file says it."""
-        self.keep(Note(kind, text))
+        self.keep(Note(kind, text, of))
 
     def keep(self, *notes: Note) -> None:
         """Keep notes, each once."""

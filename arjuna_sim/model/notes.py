@@ -30,7 +30,9 @@ class Note:
     Attributes:
         kind: What became of it.
         text: What a person reads.
+        of: The tag of the shape that it is of; "" of anything else.
     """
 
     kind: NoteKind
     text: str
+    of: str = ""

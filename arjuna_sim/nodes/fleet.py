@@ -133,9 +133,9 @@ def starts_of(config: SimConfig) -> dict[str, Start]:
     """
     files = config.robots or (config.robot,) * len(config.namespaces)
     robots = {file: named_robot(file, config.robot_arguments) for file in files}
-    own = config.initial_pose
-    numbers = config.starts or (own.x, own.y, own.yaw) * len(files)
-    poses = [SE2(*numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
+    numbers = config.starts
+    poses: list[SE2 | None] = [SE2(*numbers[i : i + 3]) for i in range(0, len(numbers), 3)]
+    poses = poses or [config.initial_pose.asked] * len(files)
     return {
         name.strip("/"): Start(robots[file], pose)
         for name, file, pose in zip(config.namespaces, files, poses, strict=True)

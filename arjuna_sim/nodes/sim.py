@@ -13,7 +13,6 @@ from std_msgs.msg import Float64
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.se2 import SE2
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.library import Library
 from arjuna_sim.files.search_path import SearchPath
@@ -77,9 +76,8 @@ class SimNode(ManagedNode):
         if config.namespaces:
             starts = starts_of(config)
         else:
-            start = config.initial_pose
             robot = named_robot(config.robot, config.robot_arguments)
-            starts = solo(robot, SE2(start.x, start.y, start.yaw))
+            starts = solo(robot, config.initial_pose.asked)
         world = named_world(config.world, [start.robot for start in starts.values()])
         return Simulation(starts, world, config, np.random.default_rng(config.seed))
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 
 from arjuna_core.config import SEED_MAX, fixed, param
 from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 
 NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
@@ -19,6 +20,11 @@ class InitialPose:
     x: float = fixed(0.0, "Place.", unit="m")
     y: float = fixed(0.0, "Place.", unit="m")
     yaw: float = fixed(0.0, "Heading.", unit="rad")
+
+    @property
+    def asked(self) -> SE2 | None:
+        """The pose; None where all is 0, since nobody asks for that."""
+        return SE2(self.x, self.y, self.yaw) if self.x or self.y or self.yaw else None
 
 
 @dataclass(frozen=True)

@@ -17,8 +17,6 @@ from arjuna_sim.physics.stage import Stage
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
 _ROUGH = 0.05  # how far wheels may stand from one plane on uneven ground [m]
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
-_BESIDE = 0.5  # how far from the origin a robot starts that could not turn there [m]
-_ROOM = 0.05  # how far ahead and back a robot with room to drive away stands free, too [m]
 EDGE = "the edge of the ground"
 """What is in the way where a wheel would stand on nothing."""
 
@@ -47,22 +45,22 @@ class Placer:
         tries = list(self._tries(pose))
         return () if any(not touched for _, touched in tries) else tries[0][1]
 
-    def nearest_free(self, pose: SE2) -> SE2:
+    def nearest_free(self, asked: SE2 | None) -> SE2:
         """Return the free pose nearest to one that may be blocked, of the same heading.
 
         Any but the pose itself has room to turn and drive away. The origin, where a robot starts
-        unless somebody asks for another pose, gives way to one that has such room beside it.
+        if nobody asks for a pose, gives way to one that has such room beside it.
 
         Raises:
             WorldError: No pose within 3 m is free.
         """
+        pose = asked or IDENTITY
         touched = self.touched(pose)
-        if not touched and pose != IDENTITY:
+        if not touched and (asked or self._has_room(pose)):
             return pose
-        survey = self._ground.survey(pose.x, pose.y)
+        survey = self._ground.survey(pose.x, pose.y)  # takes a tenth of a second
         if not touched:
-            has_room = self._has_room(pose, survey, False)
-            return pose if has_room else self._nearest(pose, survey, True, _BESIDE) or pose
+            return self._nearest(pose, survey, True, 0.5) or pose
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
@@ -84,13 +82,13 @@ class Placer:
                     return SE2(x, y, pose.theta)
         return None
 
-    def _has_room(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
+    def _has_room(self, pose: SE2, survey: Survey | None = None, is_ground: bool = False) -> bool:
         """Return whether the robot can turn at a pose, and drive away to any side."""
         turns = (SE2(pose.x, pose.y, pose.theta + math.pi * step / 6) for step in range(12))
-        ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (_ROOM, -_ROOM))
+        ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (0.05, -0.05))
         return all(self._is_free(end, survey, is_ground) for end in ends)
 
-    def _is_free(self, pose: SE2, survey: Survey, is_ground: bool) -> bool:
+    def _is_free(self, pose: SE2, survey: Survey | None, is_ground: bool) -> bool:
         tries = self._tries(pose, survey)
         return not next(tries)[1] or (not is_ground and any(not names for _, names in tries))
 

@@ -6,7 +6,6 @@ import os
 import sys
 from collections.abc import Callable, Mapping
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import yaml
@@ -22,11 +21,11 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.verbs.forward import module_of
+from bringup.ros2.worlds import world_of
 
 _MODEL = "TURTLEBOT3_MODEL"
 _CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
 _UNIQUE = "robot1={x: 0.0, y: 0.5}; robot2={x: 0.0, y: -0.5}"
-_DEADZONE, _RATE = 0.3, 20.0  # joy's, as that launch file sets them
 
 
 def robot() -> LaunchDescription:
@@ -139,7 +138,7 @@ def turtlebot4() -> LaunchDescription:
     def started(context: Any) -> list[Any]:
         given = context.launch_configurations
         words = ["sim", "--robot", str(shipped_file("urdf/burger.urdf")), "--world"]
-        words += [str(_world(given["world"]))]
+        words += [str(world_of(given["world"]))]
         words += ["--at", given["x"], given["y"], "--heading", given["yaw"]]
         beside = {
             "rviz": ["view"],
@@ -190,20 +189,6 @@ def _create3(namespace: Any) -> Node:
         namespace=namespace,
         parameters=[{"use_sim_time": True}],
     )
-
-
-def _world(name: str) -> Path:
-    """Return the file of a world, by its path or the name of a shipped one.
-
-    Raises:
-        ConfigError: There is none.
-    """
-    shipped = shipped_file(f"worlds/{name}.world")
-    for path in (shipped, Path(name)):
-        if path.is_file():
-            return path
-    names = ", ".join(sorted(path.stem for path in shipped_file("worlds").glob("*.world")))
-    raise ConfigError(f"world: there is no '{name}' here; valid: {names}, or a world's path")
 
 
 def cloned_robots() -> LaunchDescription:
@@ -393,7 +378,7 @@ def _joystick(context: Any) -> list[Node]:
             package="joy",
             executable="joy_node",
             name="joy_node",
-            parameters=[{**device, "deadzone": _DEADZONE, "autorepeat_rate": _RATE}],
+            parameters=[{**device, "deadzone": 0.3, "autorepeat_rate": 20.0}],
         ),
         Node(
             package="teleop_twist_joy",

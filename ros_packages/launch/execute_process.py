@@ -37,7 +37,6 @@ from launch.substitution import (
 )
 
 _NUMBERS = itertools.count(1)
-_LONGEST = 2**20  # [bytes] of a line of output
 _SHOWN = {  # what reaches the screen, by `output`: standard output, standard error
     "screen": (True, True),
     "both": (True, True),
@@ -216,7 +215,7 @@ class ExecuteProcess(Action):
             stderr=asyncio.subprocess.PIPE,
             start_new_session=True,
             preexec_fn=partial(die_with, os.getpid()),
-            limit=_LONGEST,
+            limit=2**20,  # [bytes] of a line of output
         )
 
     async def _follow(

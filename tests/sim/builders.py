@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from arjuna_core.errors import RobotError, WorldError
-from arjuna_core.se2 import IDENTITY, SE2
+from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import Observation
@@ -30,7 +30,7 @@ def simulator(
     world: Path = EMPTY,
     config: SimulatorConfig | None = None,
     seed: int = 0,
-    spawn: SE2 = IDENTITY,
+    spawn: SE2 | None = None,
     robot: Path = ROBOT,
 ) -> Simulation:
     """Build a simulation of one robot; config chooses what is noise-free or uncalibrated."""

@@ -134,8 +134,8 @@ def test_robots_of_every_shipped_file_share_a_world() -> None:
     starts = {n: Start(r, SE2(3.0 * i)) for i, (n, r) in enumerate(robots.items())}
     simulation = together(starts)
     seen = run(simulation, 2.0, dict.fromkeys(starts, Velocity(0.2)))
-    for name, start in starts.items():
-        direction = seen[name].truth.pose.x - start.pose.x
+    for name in starts:
+        direction = seen[name].truth.pose.x - simulation.robots[name].spawn.x
         alone = simulator(robot=files[list(starts).index(name)])
         for _ in range(100):
             last = alone.drive(Velocity(0.2))

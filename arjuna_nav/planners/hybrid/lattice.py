@@ -21,7 +21,6 @@ from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.hybrid.planner import PoseSearch
 from arjuna_nav.planners.hybrid.search import Rules, can_turn
 
-_DIRECTIONS = ((1, 0), (2, 1), (1, 1), (1, 2))  # and as many in each other quadrant
 _FARTHEST = 100.0  # that a piece of a file may lead [m]
 _LONGEST = 1000  # poses
 _LEAST = math.sqrt(2.0)  # so that a piece leaves its cell [cells]
@@ -82,7 +81,8 @@ def generated(radius: float) -> Lattice:
     From each of 16 headings the shortest straight, the shortest bends to the next headings that end
     in a cell's middle, and turns on the spot to these.
     """
-    quadrant = [np.array(one) for one in _DIRECTIONS]
+    # And as many in each other quadrant.
+    quadrant = [np.array(one) for one in ((1, 0), (2, 1), (1, 1), (1, 2))]
     turned = np.array([[0, -1], [1, 0]])
     directions = [np.linalg.matrix_power(turned, k) @ one for k in range(4) for one in quadrant]
     angles = np.array([math.atan2(y, x) for x, y in directions])
@@ -154,8 +154,8 @@ def read(path: Path) -> Lattice:
     except (ValueError, OverflowError, KeyError, TypeError, IndexError) as error:
         raise InputFileError(path, f"is no file of lattice primitives: {error!r}") from error
     if model not in _MODELS or not 0.0 < radius < _FARTHEST:
-        valid = ", ".join(_MODELS)
-        problem = f"motion_model '{model}' with turning_radius {radius:g} m; valid: {valid}, > 0"
+        valid = f"{', '.join(_MODELS)}; over 0, below {_FARTHEST:g} m"
+        problem = f"motion_model '{model}' with turning_radius {radius:g} m; valid: {valid}"
         raise InputFileError(path, problem)
     return Lattice(angles, pieces, model != "ackermann", radius)
 

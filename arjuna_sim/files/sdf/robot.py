@@ -169,9 +169,10 @@ def _inertial(
     inertial, label = link.element.find("inertial"), f"{label} inertial"
     if inertial is not None and is_true(inertial.get("auto")) and link.mass is not None:
         return inertial_of_parts(parts, link.mass)
-    if inertial is None or inertial.find("mass") is None:
+    text = None if inertial is None else inertial.findtext("mass")
+    if inertial is None or text is None:
         return None
-    mass, tensor = xml.number(inertial, "mass", 0.0, label), inertial.find("inertia")
+    (mass,), tensor = xml.numbers(text, 1, f"{label} <mass>"), inertial.find("inertia")
     given = None
     if tensor is not None:
         keys = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")

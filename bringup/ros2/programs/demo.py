@@ -6,14 +6,12 @@ from std_msgs.msg import String
 
 from bringup.ros2.client import Client
 
-_PERIOD, _DEPTH = 1.0, 10  # [s], as the original's
-
 
 def talk(words: list[str]) -> None:
     """Publish a greeting each second."""
     with Client(name="talker") as client:
         node = client.node
-        publisher = node.create_publisher(String, "chatter", _DEPTH)
+        publisher = node.create_publisher(String, "chatter", 10)
         count = 0
 
         def say() -> None:
@@ -23,7 +21,7 @@ def talk(words: list[str]) -> None:
             node.get_logger().info(f"Publishing: '{message.data}'")
             publisher.publish(message)
 
-        node.create_timer(_PERIOD, say)
+        node.create_timer(1.0, say)
         client.pause()
 
 
@@ -35,5 +33,5 @@ def listen(words: list[str]) -> None:
         def heard(message: String) -> None:
             node.get_logger().info(f"I heard: [{message.data}]")
 
-        node.create_subscription(String, "chatter", heard, _DEPTH)
+        node.create_subscription(String, "chatter", heard, 10)
         client.pause()

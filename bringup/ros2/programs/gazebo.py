@@ -16,9 +16,8 @@ from simulation_interfaces.msg import Resource, Result
 from simulation_interfaces.srv import SpawnEntity
 from std_msgs.msg import String
 
-from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.errors import ArjunaError
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.shipped import environment_folders, shipped_file
 from arjuna_core.files.whole_file import own_folder
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import quaternion, yaw
@@ -28,13 +27,13 @@ from bringup.client.simulator import SimulatorClient, SimulatorError, resource_o
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
+from bringup.ros2.worlds import ENDINGS, world_of
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "service", "topic")
 _INSTEAD = "'ros2 topic', 'ros2 service' and 'arjuna entity' see and change the world"
-_ENDINGS = (".world", ".sdf", ".sdf.xacro", ".yaml")
 
 
 def serve(words: list[str]) -> None:
@@ -88,7 +87,7 @@ def serve(words: list[str]) -> None:
 
 def named_world(words: list[str]) -> str:
     """Return the world among Gazebo's words; `-s` takes a value in Gazebo classic alone."""
-    named = (word for word in ros_arguments(words).own if word.endswith(_ENDINGS))
+    named = (word for word in ros_arguments(words).own if word.endswith(ENDINGS))
     return next(named, "empty.world")
 
 
@@ -100,19 +99,6 @@ def unfit(path: Path) -> str:
     except ArjunaError as error:
         return str(error)
     return "" if _MOVING.search(text) else f"{path.name} has no joint that turns"
-
-
-def world_of(name: str) -> Path:
-    """Return the file of a world: a path, or a name in a package or among the shipped ones."""
-    prefixes = environment_folders("AMENT_PREFIX_PATH")
-    names = (name, f"worlds/{name}")
-    shares = [found for one in prefixes for found in sorted(one.glob("share/*/"))]
-    shipped = shipped_file("worlds/empty.world").parent
-    for path in (Path(name), *(share / n for share in shares for n in names), shipped / name):
-        if path.is_file():
-            return path.resolve()
-    there = [path.name for path in shipped.glob("*.world")]
-    raise Ros2Error(f"there is no world '{name}'; {nearest(Path(name).name, there)}")
 
 
 def create(words: list[str]) -> None:

@@ -31,7 +31,9 @@ from tests.core.bags.recordings import (
 @pytest.mark.parametrize("storage", ["SQLITE3", "MCAP"])
 def test_compressed_recordings_read_the_same(storage: str, packed: str, tmp_path: Path) -> None:
     bag = Bag(write_words(tmp_path / "bag", storage, packed))
+    assert bag.share == 0.0
     found = list(bag.messages())
+    assert 0.9 < bag.share <= 1.0
     assert [message.time // MS for message in found] == list(range(2000))
     assert found[7].data == Cdr().text("word 7").bytes()
     assert (bag.counts["/word"], bag.storage, bag.problems) == (2000, storage.lower(), [])

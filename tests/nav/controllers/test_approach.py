@@ -316,6 +316,7 @@ def test_pushed_away_after_it_was_over_it_approaches_again() -> None:
     assert asked(held, 0.0, within=True) is not None
     assert asked(held, 3.0, within=True) is None
     assert asked(held, 3.1, within=True) is None, "what is tolerated was enough"
+    assert not asked.approach.retry(), "only a steered robot drives another curve"
     assert asked(SE2(1.0, 2.0, 1.5), 4.0) is None
     assert asked(SE2(2.6, 2.0), 8.0) is not None
 

@@ -332,6 +332,7 @@ V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
         ([Velocity(y=0.1), Velocity(y=-0.1)], {STRAFE_LEFT}),
         ([Velocity(y=-0.1), Velocity(y=0.1)], {STRAFE_RIGHT}),
         ([V(0.0), W(0.1), W(0.2)], set()),
+        ([Velocity(-0.05, y=-0.1, yaw_rate=-0.1)], set()),
     ],
 )
 def test_oscillating_velocities_are_refused(commands: list[Velocity], forbidden: set[int]) -> None:

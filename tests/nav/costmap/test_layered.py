@@ -141,6 +141,19 @@ def test_clearing_forgets_obstacles_but_never_the_map() -> None:
         assert layered.costmap.cost_at(2.05, 0.001) == 254
 
 
+@pytest.mark.parametrize(
+    ("away", "side", "cost"), [(1.0, 1, 0), (1.05, 1, 254), (1.0, -1, 0), (1.04, -1, 254)]
+)
+def test_a_square_is_cleared_to_its_last_cell(away: float, side: int, cost: int) -> None:
+    config = costmap_config(resolution=0.05, plugins=("static_layer", "obstacle_layer"))
+    layered, pose = LayeredCostmap(config), SE2(0.02, 0.02)
+    layered.set_map(empty_grid(6.0, 6.0, SE2(-3.0, -3.0)))
+    see(layered, pose, 0.0, [PlacedScan(one_beam(away, side * math.pi / 2), pose)])
+    assert layered.costmap.cost_at(0.02, 0.02 + side * away) == 254
+    layered.clear_around(pose, 2.0)
+    assert layered.costmap.cost_at(0.02, 0.02 + side * away) == cost
+
+
 def test_a_whole_room_agrees_with_its_map() -> None:
     grid = room()
     config = costmap_config(

@@ -14,6 +14,8 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.scan import Cloud
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedCloud, PlacedScan
+from arjuna_nav.costmap.layers.voxel import VoxelLayer
+from arjuna_nav.costmap.moving.sightings import free_standing
 from arjuna_nav.costmap.moving.tracker import REACH, Moving, Tracker
 from arjuna_nav.costmap.moving.trails import path_costs
 from tests.helpers.nav.layers import SCAN, clouds, costmap_config, scans, see
@@ -191,6 +193,19 @@ def test_things_have_their_middle_velocity_and_size() -> None:
     assert radius == pytest.approx(0.2, abs=0.05)
 
 
+@pytest.mark.parametrize("first", [20, 37])
+def test_a_thing_stands_free_where_the_beams_beside_it_reach_farther(first: int) -> None:
+    ranges = np.full(40, 3.0)
+    ranges[first : first + 3] = 1.0
+    angles = np.arange(40) * (2.0 * math.pi / 40)
+    points = ranges[:, None] * np.column_stack((np.cos(angles), np.sin(angles)))
+    found = [first, first + 2]
+    assert free_standing(points, ranges, True).tolist() == [found]
+    assert free_standing(points, ranges, False).tolist() == ([found] if first == 20 else [])
+    ranges[first - 1] = 1.1
+    assert not len(free_standing(points, ranges, True)), "it may be hidden"
+
+
 def test_who_steps_out_from_behind_is_known_before_the_speed_is() -> None:
     hides = edges(np.array([[0.8, -1.6], [1.4, -1.6], [1.4, -0.4], [0.8, -0.4]]))
     tracker, rng = Tracker(REACH), np.random.default_rng(3)
@@ -337,6 +352,8 @@ def test_what_a_camera_marked_of_who_walks_fades_and_a_table_beside_stays() -> N
         watched.see((0.9, -0.9 + 0.1 * k))
     assert not watched.lethal_about(0.9, 0.3)
     assert watched.lethal_about(1.8, 0.0)
+    (layer,) = (one for one in watched.layered.group.in_use if isinstance(one, VoxelLayer))
+    assert np.argwhere(layer.voxels).tolist() == [[80, 115]]
 
 
 def test_it_costs_to_be_where_somebody_will_be_and_less_the_later() -> None:
@@ -397,6 +414,7 @@ def test_path_costs_lie_where_things_move_on_any_grid(origin: SE2) -> None:
     costs[patch.window] = patch.costs
     first, middle, last = costs[40, 40], costs[40, 60], costs[40, 78]
     assert first > middle > last > 0
+    assert (first, costs[52, 40]) == (29, 12)  # 6 cells wide is the edge
     assert costs[40, 30] > 0
     assert not costs[[40, 62, 40], [20, 60, 100]].any()
     moved = path_costs(thing, 0.5, 1.0, 0.25, frame)

@@ -121,6 +121,8 @@ def test_the_pieces_of_a_file_are_driven(tmp_path: Path) -> None:
         ({"motion_model": "boat"}, "motion_model 'boat'.*valid: diff, omni, ackermann"),
         ({"heading_angles": [0.0]}, "no file of lattice primitives.*angle index"),
         ({"turning_radius": "wide"}, "no file of lattice primitives"),
+        ({"turning_radius": 0.0}, "turning_radius 0 m; valid: .*; over 0, below 100 m"),
+        ({"turning_radius": 100.0}, "turning_radius 100 m; valid: .*; over 0, below 100 m"),
     ],
 )
 def test_file_mistakes_are_named(tmp_path: Path, about: dict[str, object], text: str) -> None:

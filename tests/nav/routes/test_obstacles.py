@@ -91,6 +91,7 @@ def row(obstacle: float, cost: int = 254, width: int = 26) -> Costmap:
         ({}, row(5.0), 1.0, 11),
         ({}, row(7.0), 1.0, None),
         ({"max_collision_dist": 7.0}, row(7.0), 1.0, 11),
+        ({"max_collision_dist": 1.0}, row(8.0), 1.0, None),
         ({"max_collision_dist": 0.0}, row(11.0), 1.0, 12),
         ({}, row(3.0, 252), 1.0, None),
         ({"max_cost": 200.0}, row(3.0, 252), 1.0, 10),

@@ -47,17 +47,24 @@ def test_speed_grows_by_no_more_than_the_acceleration() -> None:
 def test_starting_takes_the_acceleration_turning_round_the_braking(
     side: float,
 ) -> None:
-    limits: dict[str, Any] = {"max_accel": (0.5, 0.0, 1.0), "max_decel": (-2.0, 0.0, -3.0)}
-    started = said(driven(Velocity(0.4 * side, yaw_rate=0.6 * side), 2, **limits))
-    assert started[0] == pytest.approx((0.5 * PERIOD * side, 1.0 * PERIOD * side))
-    smoother = VelocitySmoother(load(SmoothingConfig, LIMITS | limits))
+    limits: dict[str, Any] = {"max_accel": (0.5, 0.7, 1.0), "max_decel": (-2.0, -1.5, -3.0)}
+    limits |= {"max_velocity": (0.5, 0.5, 2.5), "min_velocity": (-0.5, -0.5, -2.5)}
+    there, back = (Velocity(v * 0.4, y=v * 0.3, yaw_rate=v * 0.6) for v in (side, -side))
+    started = driven(there, 1, **limits)[0]
+    smoother = VelocitySmoother(load(SmoothingConfig, limits))
     for k in range(40):
-        smoother.take(Velocity(0.4 * side), k * PERIOD)
+        smoother.take(there, k * PERIOD)
         smoother.tick(STILL, k * PERIOD)
-    smoother.take(Velocity(-0.4 * side), 2.0)
+    smoother.take(back, 2.0)
     turned = smoother.tick(STILL, 2.0)
+    assert started is not None
     assert turned is not None
-    assert turned.x == pytest.approx((0.4 - 2.0 * PERIOD) * side)
+    assert (started.x, started.y, started.yaw_rate) == pytest.approx(
+        np.multiply((0.5, 0.7, 1.0), PERIOD * side)
+    )
+    assert (turned.x, turned.y, turned.yaw_rate) == pytest.approx(
+        np.multiply((0.4 - 2.0 * PERIOD, 0.3 - 1.5 * PERIOD, 0.6 - 3.0 * PERIOD), side)
+    )
 
 
 def test_commands_beyond_the_greatest_speeds_are_cut() -> None:

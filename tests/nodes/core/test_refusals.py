@@ -45,7 +45,9 @@ class OpenNode(GoalNode):
         self.received: list[Any] = []
         self.subscribe(Odometry, "odom", self.received.append, qos.DEFAULT)
         self.serve(LoadMap, "load_map", lambda request, response: response)
-        self.serve(IsPathValid, "is_path_valid", lambda request, response: response)
+        valid = IsPathValid.Response(is_valid=True)
+        self.serve(IsPathValid, "is_path_valid", lambda request, response: valid)
+        self.serve_later(IsPathValid, "later", lambda request, respond: respond(valid))
         self.server = self.keep(GoalServer(self, FollowPath, "follow_path", unknown=100))
 
 
@@ -94,8 +96,11 @@ def test_a_node_hears_only_what_it_can_use(bench: RosBench, node: OpenNode) -> N
 def test_an_unusable_request_is_answered_in_its_own_code(bench: RosBench, node: OpenNode) -> None:
     answer = bench.call(LoadMap, "load_map", LoadMap.Request(map_url="x" * 5000))
     assert answer.result == LoadMap.Response.RESULT_UNDEFINED_FAILURE
-    path = Path(poses=[changed(PoseStamped(), "pose.position.x", math.inf)])
-    assert not bench.call(IsPathValid, "is_path_valid", IsPathValid.Request(path=path)).is_valid
+    for service in ("is_path_valid", "later"):
+        for x in (math.inf, 0.0):
+            path = Path(poses=[changed(PoseStamped(), "pose.position.x", x)])
+            answer = bench.call(IsPathValid, service, IsPathValid.Request(path=path))
+            assert answer.is_valid is (x == 0.0)
 
 
 def test_an_unusable_goal_is_aborted_with_the_reason(bench: RosBench, node: OpenNode) -> None:

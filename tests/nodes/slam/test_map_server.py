@@ -13,7 +13,6 @@ from nav_msgs.srv import GetMap
 from rclpy.lifecycle import TransitionCallbackReturn
 
 from arjuna_core.files.maps import load_map, save_map
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, grid_msg
@@ -179,20 +178,6 @@ def test_the_saver_can_be_cleaned_up_and_started_again(bench: RosBench, tmp_path
     assert not save(bench, map_url="room")  # inactive
     saver.trigger_activate()
     assert save(bench, map_url="room")
-
-
-def test_paths_stay_in_the_folder_also_through_links(tmp_path: Path) -> None:
-    (tmp_path / "maps").mkdir()
-    (tmp_path / "maps" / "link").symlink_to(tmp_path)
-    assert (
-        path_in_folder(tmp_path / "maps", "a/b.yaml")
-        == tmp_path.resolve() / "maps" / "a" / "b.yaml"
-    )
-    for url in ("link/secret.yaml", "a/../../b.yaml", ".", "file:///etc/passwd"):
-        with pytest.raises(MapsFolderError, match="lies outside the maps folder"):
-            path_in_folder(tmp_path / "maps", url)
-    with pytest.raises(MapsFolderError, match="has the scheme 'http'; valid: file"):
-        path_in_folder(tmp_path, "http://example.org/map.yaml")
 
 
 def test_maps_are_saved_later_through_the_middleware_too(tmp_path: Path) -> None:

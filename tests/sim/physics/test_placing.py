@@ -118,14 +118,15 @@ def test_the_origin_has_room_to_turn_where_what_is_asked_for_is_kept(tmp_path: P
     assert on.touched(beside) == on.touched(SE2()) == ()
     assert on.nearest_free(beside) == beside
     assert on.touched(SE2(0.0, 0.0, 0.6)) == ("wall",)
-    assert on.nearest_free(SE2()).x < -0.05
+    assert on.nearest_free(SE2()) == SE2()
+    assert on.nearest_free(None).x < -0.05
 
 
 def test_the_origin_is_kept_where_there_is_no_room_near(tmp_path: Path) -> None:
     walls = (("left", "0 0.26 0.5", "4 0.02 1"), ("right", "0 -0.26 0.5", "4 0.02 1"))
     on = among(tmp_path, *walls)
     assert on.touched(SE2(0.0, 0.0, 0.8))
-    assert on.nearest_free(SE2()) == SE2()
+    assert on.nearest_free(None) == SE2()
 
 
 @pytest.mark.parametrize(("edge", "is_free"), [("5.2", True), ("7.6", False)])

@@ -152,30 +152,34 @@ def grid_with_edge(origin: SE2, edge: int = 100) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(0.5, 5, 5, origin), data)
 
 
-def density(grid: OccupancyGrid, column: int, reading: float) -> float:
-    """The model's density of one beam along the middle row, from the middle of a column."""
+def density(grid: OccupancyGrid, column: int, reading: float, bearing: float = 0.0) -> float:
+    """The model's density of one beam from the middle row and a column, at an angle to the row."""
     x, y = grid.frame.to_point(2, column)
     mount = SE2(0.3, -0.7, 0.4)
     pose: Floats = (SE2(x, y, grid.frame.origin.theta) @ mount.inverse()).array()[np.newaxis]
-    scan = Scan(np.array([reading]), 0.0, 0.1, 0.05, RANGE_MAX, T_base_sensor=mount)
+    scan = Scan(np.array([reading]), bearing, 0.1, 0.05, RANGE_MAX, T_base_sensor=mount)
     model = BeamModel(MapField(grid, 2.0), BEAM)
     factor = model.weigh(pose, ScanView.of(scan, BEAM)).factors[0]
     return float((factor - 1.0) ** (1.0 / 3.0))
 
 
 @pytest.mark.parametrize("origin", ORIGINS)
-@pytest.mark.parametrize(("column", "expected"), [(0, 1.75), (1, 1.25), (2, 0.75), (3, 0.25)])
+@pytest.mark.parametrize(
+    ("column", "ahead", "degrees"),
+    [(0, 1.75, 0.0), (1, 1.25, 0.0), (2, 0.75, -30.0), (3, 0.25, 45.0)],
+)
 @pytest.mark.parametrize("error", [-0.2, 0.0, 0.1])
 def test_a_reading_is_weighed_against_the_range_to_the_obstacle(
-    origin: SE2, column: int, expected: float, error: float
+    origin: SE2, column: int, ahead: float, degrees: float, error: float
 ) -> None:
-    reading = expected + error
+    bearing = math.radians(degrees)
+    reading = ahead / math.cos(bearing) + error
     if reading <= 0.05:
         return  # shorter than the lidar reads
     theory = 0.6 * math.exp(-(error**2) / (2 * 0.2**2)) + 0.15 / RANGE_MAX
     if error < 0.0:
         theory += 0.2 * 0.5 * math.exp(-0.5 * reading)
-    measured = density(grid_with_edge(origin), column, reading)
+    measured = density(grid_with_edge(origin), column, reading, bearing)
     if error == 0.0:  # by a millimetre's rounding it may count as short
         assert measured in (
             pytest.approx(theory, rel=1e-4),

@@ -100,17 +100,6 @@ def test_only_a_robot_is_waited_for(tmp_path: Path) -> None:
     assert "no.urdf" in gazebo.unfit(tmp_path / "no.urdf")
 
 
-@pytest.mark.parametrize("name", ["empty.world", "turtlebot3_world.world", str(BURGER)])
-def test_a_world_is_found_by_path_or_name(
-    name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    world = tmp_path / "share" / "turtlebot3_gazebo" / "worlds" / "turtlebot3_world.world"
-    world.parent.mkdir(parents=True)
-    world.touch()
-    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path))
-    assert gazebo.world_of(name).is_file()
-
-
 @pytest.mark.parametrize(
     ("words", "world"),
     [
@@ -123,11 +112,6 @@ def test_a_world_is_found_by_path_or_name(
 )
 def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
     assert gazebo.named_world(words.split()) == world
-
-
-def test_an_unknown_world_names_the_nearest() -> None:
-    with pytest.raises(Ros2Error, match=r"no world 'wearhouse\.world'; did you mean 'warehouse"):
-        gazebo.world_of("wearhouse.world")
 
 
 def test_a_question_to_gazebo_itself_starts_no_world() -> None:

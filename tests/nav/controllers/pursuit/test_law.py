@@ -81,6 +81,12 @@ def test_drives_the_arc_through_the_point_a_lookahead_away(seed: int) -> None:
     assert driven.yaw_rate == pytest.approx(driven.x * bend)
 
 
+def test_a_path_that_begins_farther_away_is_driven_to_where_it_begins() -> None:
+    asked = Asked()
+    asked(SE2(-1.0, 0.1, 0.0))
+    assert asked.aim == pytest.approx((1.0, -0.1))
+
+
 def test_its_yaw_rate_is_limited_by_driving_slower() -> None:
     pose = SE2(1.0, 0.3, 0.1)
     _, _, bend = arc(pose)

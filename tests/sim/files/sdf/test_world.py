@@ -130,6 +130,19 @@ def test_what_is_broken_is_left_out_and_the_rest_stands(tmp_path: Path) -> None:
         assert re.search(f"{what}.* is left out: ", text)
 
 
+@pytest.mark.parametrize(
+    ("tag", "most"), [("latitude_deg", 90.0), ("longitude_deg", -360.0), ("heading_deg", 360.0)]
+)
+def test_a_place_on_earth_has_angles_up_to_a_turn(tmp_path: Path, tag: str, most: float) -> None:
+    place = f"<spherical_coordinates><{tag}>{{:g}}</{tag}></spherical_coordinates>"
+    nowhere = _loaded(tmp_path, "")
+    assert _loaded(tmp_path, place.format(most)).notes == nowhere.notes
+    beyond = _loaded(tmp_path, place.format(1.1 * most))
+    (text,) = set(texts(beyond.notes)) - set(texts(nowhere.notes))
+    assert text.endswith(f"<{tag}> is {1.1 * most:g}; valid: up to {abs(most):g}")
+    assert beyond.earth == nowhere.earth
+
+
 def test_world_with_a_flat_mesh_loads_and_the_robot_meets_it(tmp_path: Path) -> None:
     sheet = np.array(
         [[(1, -1, 0), (1, 1, 0), (1.3, 1, 1)], [(1, -1, 0), (1.3, 1, 1), (1.3, -1, 1)]]
