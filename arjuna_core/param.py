@@ -15,6 +15,8 @@ _CODED = re.compile("·([0-9a-f]+)·")
 SEED_MAX = 2**63 - 1
 """The greatest number that a ROS parameter can hold."""
 _GREATEST = {"s": 1e9, "ms": 1e9}
+_GREATEST_OF_ANY = 1e6
+"""Far more than a robot's metres or counts, and no number that breaks arithmetic."""
 
 
 @dataclass(frozen=True)
@@ -51,8 +53,7 @@ class ParamInfo:
     @property
     def bounds(self) -> tuple[float, float]:
         """Least and greatest valid number; what names none has those of its unit."""
-        # Far more than a robot's metres or counts, and no number that breaks arithmetic.
-        greatest = _GREATEST.get(self.unit, 1e6)
+        greatest = _GREATEST.get(self.unit, _GREATEST_OF_ANY)
         low = -greatest if self.minimum is None else self.minimum
         return low, greatest if self.maximum is None else self.maximum
 

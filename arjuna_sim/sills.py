@@ -18,6 +18,8 @@ from arjuna_sim.model.robot import RobotModel, footprint
 from arjuna_sim.model.world import World
 from arjuna_sim.simulation import Simulation, solo
 
+_SPEED, _RUN_UP = 0.3, 0.3  # of the robot [m/s], and its distance to the sill at the start [m]
+_LADDER = (0.1, 0.2, 0.3, 0.45, 0.7, 1.0)  # heights that are tried first, by the wheels' radius
 _FINE = 1e-3  # to which the height is found [m]
 _STARTS = (0.0, -0.03, -0.07, -0.01, -0.05)
 """Where it starts [m]: how it rocks as it meets the sill decides over some millimetres."""
@@ -60,7 +62,7 @@ def crossed_sill(
     course = _Course(sim, drive.radius, float(outline[:, 0].min()), float(outline[:, 0].max()))
     low, high = 0.0, 0.0
     stopped: tuple[str, ...] = ()
-    for height in (share * drive.radius for share in (0.1, 0.2, 0.3, 0.45, 0.7, 1.0)):
+    for height in (share * drive.radius for share in _LADDER):
         if stopped := course.stopped_at(height):
             high = height
             break
@@ -85,11 +87,11 @@ class _Course:
 
     def __init__(self, sim: Simulation, radius: float, rear: float, front: float) -> None:
         self._sim, self.radius, self._height = sim, radius, 1.5 * radius
-        self._edge = front + 0.3  # [m] of run-up
+        self._edge = front + _RUN_UP
         self._goal = self._edge + radius - rear
         box = Part(Shape(Kind.BOX, (radius, 20.0, self._height)))
         sim.stage.spawn(Entity("sill", (box,), start=self._pose(0.0)))
-        self.speed = min(0.3, sim.robot.limits.forward.value)
+        self.speed = min(_SPEED, sim.robot.limits.forward.value)
 
     def _pose(self, height: float) -> Pose3:
         return Pose3((self._edge + self.radius / 2, 0.0, height - self._height / 2))

@@ -14,6 +14,7 @@ from PIL import Image
 
 _CODES = (0xD5D628584, 0xD97F18B49, 0xDD280910E, 0xE479E9C98, 0xEBCBCA822, 0xF31DAB3AC)
 """The first codes of tag36h11: six rows of six bits, the first the highest."""
+_CELL = 40  # pixels
 
 
 def main() -> None:
@@ -26,7 +27,7 @@ def main() -> None:
     cells = np.full((10, 10), 255, np.uint8)
     cells[1:9, 1:9] = 0
     cells[2:8, 2:8] = 255 * np.array(bits, np.uint8).reshape(6, 6)
-    Image.fromarray(cells.repeat(40, axis=0).repeat(40, axis=1)).save(given.file)
+    Image.fromarray(cells.repeat(_CELL, axis=0).repeat(_CELL, axis=1)).save(given.file)
 
 
 if __name__ == "__main__":

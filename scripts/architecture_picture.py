@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import FancyBboxPatch
 
 PICTURE = Path(__file__).resolve().parents[1] / "docs" / "architecture.png"
+_SIZE = (12.0, 7.6)
 _COLOURS = {"sim": "#dbeafe", "where": "#dcfce7", "nav": "#fef3c7", "you": "#f3e8ff"}
 _GROUPS = (  # x, y, width, height, title, colour
     (0.2, 2.3, 2.6, 4.5, "sim, or a robot's drivers", "sim"),
@@ -54,7 +55,7 @@ _CORES = (  # x, width, text
 
 def draw() -> Figure:
     """Return the picture."""
-    figure = Figure(figsize=(12.0, 7.6), layout="constrained")
+    figure = Figure(figsize=_SIZE, layout="constrained")
     axes = figure.add_subplot()
     axes.set(xlim=(0.0, 12.0), ylim=(0.0, 8.2))
     axes.axis("off")

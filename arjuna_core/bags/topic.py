@@ -14,6 +14,8 @@ ROS1, ROS2 = "ros1", "cdr"
 """Encodings of messages that can be decoded."""
 
 _FOREVER = {"sec": 9223372036, "nsec": 854775807}  # rmw_dds_common's infinite duration
+_LATCHED = ("transient_local", 1)  # as text from rosbag2's version 9 on, before as rmw's numbers
+_BEST_EFFORT = ("best_effort", 2)
 
 
 @dataclass(frozen=True)
@@ -96,10 +98,9 @@ def parse(profiles: str) -> tuple[TopicQos, ...]:
 
 def _read(profile: Mapping[str, Any]) -> TopicQos:
     depth = profile.get("depth")
-    # Text from rosbag2's version 9 on, before that rmw's numbers.
     return TopicQos(
-        reliable=profile.get("reliability") not in ("best_effort", 2),
-        latched=profile.get("durability") in ("transient_local", 1),
+        reliable=profile.get("reliability") not in _BEST_EFFORT,
+        latched=profile.get("durability") in _LATCHED,
         depth=depth if isinstance(depth, int) and 0 < depth < 100_000 else 0,
     )
 

@@ -19,6 +19,8 @@ _ENDS = {
     GoalStatus.STATUS_CANCELED: "canceled",
 }
 _PROFILES = {f"{part}_service_qos_profile": qos.SERVICES for part in ("goal", "result", "cancel")}
+_OFF_THE_TICKS = 1e-6
+"""rcl's expiry never ends in lock-step where a result is exactly as old as it may be [s]."""
 
 
 def action_server(
@@ -31,8 +33,7 @@ def action_server(
         action_type,
         name,
         execute_callback=lambda handle: None,
-        # 1 us, as rcl's expiry never ends in lock-step where a result is just as old as it may be
-        result_timeout=result_timeout + 1e-6,
+        result_timeout=result_timeout + _OFF_THE_TICKS,
         **callbacks,
         **_PROFILES,
     )

@@ -22,6 +22,11 @@ _OURS = {
 """The profiles, by whether other hosts are reached."""
 _RANGE = "ROS_AUTOMATIC_DISCOVERY_RANGE"
 _FOR_ROS = "--ros-args"
+_COLLECT = (100_000, 20, 20)
+"""How many new objects, and collections of those, are waited for before a collection of garbage.
+
+Python's own (700, 10, 10) looks through all of a stack's 300 000 objects every 20 s of a run, which
+holds its nodes up for 0.15 s each time; messages are freed without it."""
 _GENERATOR = "rosidl_generator_py.generate_py_impl"
 
 
@@ -52,9 +57,7 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
             its own `NAME:=VALUE` are no remappings.
     """
     add_environment_to_ament_index()
-    # Python's own (700, 10, 10) looks through all of a stack's 300 000 objects every 20 s of a run,
-    # which holds its nodes up for 0.15 s each time; messages are freed without it.
-    gc.set_threshold(100_000, 20, 20)
+    gc.set_threshold(*_COLLECT)
     # messages' package takes its generator along if it can: parsers, a quarter of a node's start
     sys.modules.setdefault(_GENERATOR, None)  # type: ignore[arg-type]
     os.environ.setdefault(_RANGE, "LOCALHOST")

@@ -26,6 +26,10 @@ from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.reports import Diagnostics
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
+_POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
+_ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
+
+
 Transport = Literal["local", "dds"]
 
 
@@ -132,10 +136,11 @@ class Process:
     def _make_own_node(self, name: str, isolated: bool) -> None:
         """Make the context, if it has no part in another's, and the process's own node."""
         with discovery(isolated):
-            # The middleware reads the range when the context's first node is made. Nobody uses the
-            # ports of domain 231: those who hold one of a domain are waited for.
+            # the middleware reads the range when the context's first node is made
             self.context: Context = (
-                self._beside.context if self._beside else new_context(231 if isolated else None)
+                self._beside.context
+                if self._beside
+                else new_context(_ISOLATED_DOMAIN if isolated else None)
             )
             # clients that ask every node for its parameters wait for one that does not answer
             self.node = GuardedNode(
@@ -243,7 +248,7 @@ class Process:
                 node.run_due(now)
         self._diagnostics.run_due(self.now, [self.node, *self.nodes], self.remarks)
 
-    def spin_once(self, timeout: float = 0.05) -> None:
+    def spin_once(self, timeout: float = _POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall].
 
         Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.

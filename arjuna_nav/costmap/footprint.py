@@ -14,6 +14,7 @@ from arjuna_core.ros.health.rules import OUTLINE
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 
+_CIRCLE_CORNERS = 16  # what Nav2 publishes for a radius
 _POINT = 1e-3  # a robot without size [m]
 _OUTER = re.compile(r"\s*(?:\[((?:[\s,]*\[[^\[\]]*\])*)[\s,]*\])?\s*")
 _INNER, _SPACE = re.compile(r"\[([^\[\]]*)\]"), re.compile(r"[\s,]+")
@@ -44,8 +45,7 @@ class Footprint:
         total = radius + padding
         if not total > 0.0:
             raise ConfigError(f"robot_radius + footprint_padding must be positive, got {total}")
-        # Nav2 publishes 16 corners for a radius.
-        angles = np.arange(16) * (2.0 * math.pi / 16)
+        angles = np.arange(_CIRCLE_CORNERS) * (2.0 * math.pi / _CIRCLE_CORNERS)
         points = total * np.column_stack((np.cos(angles), np.sin(angles)))
         return Footprint(points, total, total, circular=True)
 

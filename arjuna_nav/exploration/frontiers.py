@@ -21,6 +21,8 @@ from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners.waves.potential import NEUTRAL, traversal_costs, wavefront
 
+_EIGHT_NEIGHBOURS = np.ones((3, 3), dtype=np.int8)
+
 
 @dataclass(frozen=True)
 class ExplorationConfig:
@@ -125,7 +127,7 @@ def _clusters(grid: OccupancyGrid, cells: Ints, config: ExplorationConfig) -> li
     """Return cells that are neighbours together, where they are enough to be of interest."""
     mask = np.zeros(grid.frame.shape, bool)
     mask[tuple(cells.T)] = True
-    labels, count = ndimage.label(mask, structure=np.ones((3, 3), dtype=np.int8))
+    labels, count = ndimage.label(mask, structure=_EIGHT_NEIGHBOURS)
     numbers = labels[tuple(cells.T)]
     ends = np.cumsum(np.bincount(numbers, minlength=count + 1)[1:])[:-1]
     clusters = np.split(cells[np.argsort(numbers, kind="stable")], ends) if count else []

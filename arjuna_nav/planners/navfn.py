@@ -21,6 +21,8 @@ from arjuna_nav.planners.waves.corridor import corridors, guided
 from arjuna_nav.planners.waves.descent import descend
 from arjuna_nav.planners.waves.potential import NEUTRAL, traversal_costs, wavefront
 
+_SLACK, _SLACK_ASTAR = 0.005, 0.0  # of paths considered, over the best estimate
+
 
 @dataclass(frozen=True)
 class NavFnConfig(GridPlannerConfig):
@@ -79,8 +81,7 @@ class NavFn:
     def _potential(self, query: Query, costs: Singles) -> Singles:
         """Return the potential about the best path, or of the whole map where that is needed."""
         data, goal, seeds = query.costmap.data, query.goal_cell, query.out.seeds(NEUTRAL)
-        # Of paths considered, over the best estimate.
-        slack = 0.0 if self._config.use_astar else 0.005
+        slack = _SLACK_ASTAR if self._config.use_astar else _SLACK
         within = corridors(data, costs, query.out.nearest, goal, slack)
         if within is None:
             return query.approach(costs, seeds)

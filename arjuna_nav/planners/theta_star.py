@@ -23,6 +23,8 @@ from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import ask, traced
 from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
+_SLACK = 0.005  # of paths considered on large maps, over the best estimate
+
 
 @dataclass(frozen=True)
 class ThetaStarConfig(GridPlannerConfig):
@@ -71,8 +73,7 @@ class ThetaStar:
         if isinstance(query, PlanResult):
             return Plan(query)
         seeds, scale = query.out.seeds(1.0), np.float32(NEUTRAL / config.w_euc_cost)
-        # Of paths considered on large maps, over the best estimate.
-        found = guide(query, costs * scale, seeds * (1.0, 1.0, scale), 0.005)
+        found = guide(query, costs * scale, seeds * (1.0, 1.0, scale), _SLACK)
         if isinstance(found, PlanResult):
             return Plan(found)
         data, options = costmap.data, (config.w_heuristic_cost / scale, config.how_many_corners)

@@ -14,6 +14,7 @@ from arjuna_core.twist import Velocity
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.safety.sight import Sight
 
+_OUTLINE_SCALES = (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5)
 """Of the outline, tried until what touches the robot lies outside."""
 _VELOCITY_PARTS = (1.0, 0.7, 0.4, 0.2, 0.0)
 """Of a velocity, tried in this order before what moves."""
@@ -187,7 +188,7 @@ class Approach:
         What is within the outline is the robot's own part, or touches it: that must not hold it for
         ever. So the outline is taken smaller, or where that does not help, the points away.
         """
-        for scale in (1.0, 0.95, 0.9, 0.8, 0.7, 0.6, 0.5):
+        for scale in _OUTLINE_SCALES:
             outline = footprint.scaled(scale)
             if inside(outline, points) < self._least:
                 return points, outline

@@ -16,6 +16,8 @@ from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.planners.relaxation import touches
 from arjuna_nav.smoothers.smoothers import SmoothResult, SmoothStatus, problem_of
 
+_BEZIER = 0.4  # of a segment's length: where Nav2's curve between two poses has its control points
+
 
 @dataclass(frozen=True)
 class OptimizerConfig:
@@ -133,8 +135,7 @@ class ConstrainedSmoother:
         counts = np.maximum(np.diff(moved) * config.path_upsampling_factor, 1)
         of = np.repeat(np.arange(len(steps)), counts)  # the segment of each pose
         at = ((np.arange(len(of)) - (np.cumsum(counts) - counts)[of] + 1) / counts[of])[:, None]
-        # Nav2's curve between two poses has its control points at 0.4 of a segment's length.
-        arms = (np.hypot(*steps.T) * 0.4 * directions[:-1])[:, None]
+        arms = (np.hypot(*steps.T) * _BEZIER * directions[:-1])[:, None]
         heads = np.column_stack((np.cos(yaws), np.sin(yaws)))
         corners = points[:-1], points[:-1] + arms * heads[:-1], points[1:] - arms * heads[1:]
         (a, b, c), d, left = (corner[of] for corner in corners), points[1:][of], 1.0 - at

@@ -30,6 +30,7 @@ from arjuna_sim.physics.wheels.servo import turn_each
 
 CONTACTS = 48
 """Contacts of a robot for which there is memory, in the mean of all."""
+_ROWS = 3  # of the solver for a contact: along its normal and across
 _VARIED = ("body_mass", "body_inertia", "body_subtreemass", "geom_friction")
 
 
@@ -150,7 +151,7 @@ class Batch:
             else:
                 factors *= self.mass.reshape(-1, *[1] * (factors.ndim - 1))
             field.assign((getattr(model, name) * factors).astype(np.float32))
-        rows = 3 * CONTACTS  # of the solver for a contact: along its normal and across
+        rows = _ROWS * CONTACTS
         self._data = self._mjw.make_data(model, self.count, nconmax=CONTACTS, njmax=rows)
         self._rest = model.qpos0.astype(np.float32)
         self._is_solid = wp.array(self._found.is_solid.astype(np.int32), dtype=int)

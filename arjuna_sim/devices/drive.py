@@ -12,6 +12,8 @@ from arjuna_core.config import duration_param, length_param, param, speed_param,
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.settings import DriveSettings
 
+_NONE = np.zeros(0)
+
 
 @dataclass(frozen=True)
 class DriveConfig:
@@ -74,7 +76,7 @@ class Base(ABC):
 
     def angles(self, velocity: Velocity) -> Floats:
         """Return where the steering joints stand for it, `(S,) float64` [rad]."""
-        return np.zeros(0)
+        return _NONE
 
     def encoders(self, joints: Floats) -> Floats:
         """Return what encoders count at the wheels' joints' positions, `(W,)` [rad]."""

@@ -7,6 +7,9 @@ import numpy as np
 from arjuna_core.arrays import Bytes, Floats
 from arjuna_sim.devices.sensors.camera import CameraSettings
 
+_ROUNDS = 30  # of the search for where a pixel looks, which mostly takes five
+_SIDE_MAX = 2.0  # the ideal picture's sides, by the camera's: what is beyond stays black
+
 
 class Lens:
     """A lens of the model `plumb_bob`, about the picture's middle.
@@ -25,14 +28,13 @@ class Lens:
         wanted = np.stack(np.meshgrid(x, y))
         seen = wanted.copy()
         with np.errstate(all="ignore"):
-            for _ in range(30):  # mostly it takes five
+            for _ in range(_ROUNDS):
                 seen += wanted - distorted(seen, settings.distortion)
             off = np.abs(distorted(seen, settings.distortion) - wanted).max(axis=0)
             reach = np.where(off * focal_length < 0.5, np.abs(seen), 0.0).max(axis=(1, 2))
         sizes = np.ceil(2.0 * reach * focal_length) + 2.0
-        # What is beyond stays black.
         self.width, self.height = (
-            int(np.clip(size, own, 2.0 * own)) // 2 * 2
+            int(np.clip(size, own, _SIDE_MAX * own)) // 2 * 2
             for size, own in zip(sizes, (width, height), strict=True)
         )
         at = seen * focal_length + np.array([self.width, self.height])[:, None, None] / 2 - 0.5

@@ -20,6 +20,7 @@ from arjuna_sim.model.notes import NoteKind
 
 _KINDS = ("PNG", "JPEG", "TIFF", "BMP")
 _SIDE_MAX = 4096  # as far as OpenGL goes everywhere [pixels]
+_SIDE_MIN = 512  # smaller ones are drawn from as large a copy, for sharp edges [pixels]
 CUT = "#~"
 """Stands before the number of a part of a mesh that has one material, after its file's name."""
 _MAPS = tuple(f"material/pbr/{flow}/albedo_map" for flow in ("metal", "specular"))
@@ -158,6 +159,5 @@ def _read(path: Path, changed: int) -> Picture:
             pixels = np.asarray(image.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
         raise InputFileError(path, f"cannot be read: {error}") from error
-    # Smaller ones are drawn from as large a copy, for sharp edges [pixels]
-    times = -(-512 // max(pixels.shape[:2]))
+    times = -(-_SIDE_MIN // max(pixels.shape[:2]))
     return Picture(path, pixels.repeat(times, axis=0).repeat(times, axis=1))

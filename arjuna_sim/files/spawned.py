@@ -34,6 +34,7 @@ FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")
 _COUNTS = {"box": 3, "cylinder": 2, "sphere": 1, "person": 0}
 _PRIMITIVE = re.compile(r"(box|cylinder|sphere|person)(?::([^?]*))?(?:\?mass=(.*))?")
+_SIZES = (1e-3, 100.0)
 _MASS_MAX = 10_000.0
 _ASSET_FAULTS = {
     NoteKind.MISSING: Fault.MISSING_ASSETS,
@@ -111,7 +112,7 @@ def _primitive(kind: str, sizes: str | None, mass: str | None) -> Entity:
         return Entity(
             kind, person(), spawned=True, category=Category.HUMAN, description=about, mass=weight
         )
-    low, high = 1e-3, 100.0
+    low, high = _SIZES
     if any(not low <= number <= high for number in numbers):
         problem = f"'{kind}:{sizes}' has a size beyond {low:g} to {high:g} m"
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, problem)

@@ -13,6 +13,9 @@ from arjuna_core.arrays import Bools, Floats
 from arjuna_sim.fusion.filters import Filter, Measurement, Noise
 from arjuna_sim.fusion.kinematics import SIZE, TWIST
 
+_ODD_GAP = 1e5  # [s] robot_localization's: a clock that jumped, for which this step stands
+_ODD_STEP = 0.01
+
 
 @dataclass(frozen=True)
 class Control:
@@ -161,6 +164,5 @@ class Estimator:
         if self.control is not None:
             velocity, age = self.filter.state[TWIST], now - self._commanded_at
             accelerations = self.control.accelerations(velocity, self._command, age)
-        # A clock that jumped by 1e5 s counts as a step of 10 ms, as in robot_localization.
-        self.filter.predict(0.01 if dt > 1e5 else dt, self.noise, accelerations)
+        self.filter.predict(_ODD_STEP if dt > _ODD_GAP else dt, self.noise, accelerations)
         self.stamp = now

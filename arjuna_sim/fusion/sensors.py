@@ -19,6 +19,8 @@ from arjuna_sim.fusion.kinematics import (
 )
 
 # robot_localization's: what a robot in the plane measures beside what its sensors do
+_PLANE_VARIANCE = 1e-6
+_TURNED = 1e-6  # a state is measured if a turned mask's row is at least so long
 
 
 @dataclass(frozen=True)
@@ -51,13 +53,13 @@ class Part:
         states = slice(first, first + size)
         turn = np.kron(np.eye(size // 3), turned)
         mask, all_values, noise = np.zeros(SIZE, bool), np.zeros(SIZE), np.zeros((SIZE, SIZE))
-        mask[states] = np.linalg.norm(turn * self.mask[states], axis=1) >= 1e-6
+        mask[states] = np.linalg.norm(turn * self.mask[states], axis=1) >= _TURNED
         all_values[states] = values
         noise[states, states] = turn @ covariance @ turn.T
         if self.planar:
             plane = list(OUT_OF_PLANE)
             mask[plane], all_values[plane] = True, 0.0
-            noise[plane, plane] = 1e-6
+            noise[plane, plane] = _PLANE_VARIANCE
         return Measurement(stamp, all_values, noise, mask, self.threshold, self.source)
 
 

@@ -13,6 +13,7 @@ from arjuna_sim.model.urdf import Joint, Mimic, Urdf
 
 CASTER_GAP_MAX = 0.008
 """Greatest height of a caster above the ground that its robot stands on [m]."""
+_ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
 def axis(urdf: Urdf, joint: str) -> Floats:
@@ -211,11 +212,11 @@ def _turning(points: Floats, loads: Floats, rims: Floats) -> float:
     wanted = np.concatenate((rims, np.zeros(count)))
     slip = np.ones(count, np.float64)
     found = np.zeros(3, np.float64)
-    for _ in range(100):
+    for _ in range(_ROUNDS):
         weight = np.sqrt(np.tile(loads / slip, 2))
         found[:] = np.linalg.lstsq(motion * weight[:, None], wanted * weight, rcond=None)[0]
         rest = (motion @ found - wanted).reshape(2, count)
-        slip[:] = np.maximum(np.hypot(rest[0], rest[1]), 1e-6)
+        slip[:] = np.maximum(np.hypot(rest[0], rest[1]), _STICKS)
     return float(found[2])
 
 

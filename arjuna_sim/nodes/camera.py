@@ -23,6 +23,8 @@ from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.physics.stage import Stage
 from arjuna_sim.world_sensors import WorldSensors
 
+_QUALITY = 95  # of JPEG, as image_transport's
+
 
 class WorldTopics:
     """Publishes the sensors of the world that is there, and takes its movers' velocities.
@@ -176,7 +178,7 @@ class CameraTopics:
 
     def _jpeg(self, stamp: float, pixels: Any) -> CompressedImage:
         file = io.BytesIO()
-        PIL.Image.fromarray(pixels).save(file, "JPEG", quality=95)  # image_transport's
+        PIL.Image.fromarray(pixels).save(file, "JPEG", quality=_QUALITY)
         return CompressedImage(
             header=header(self._settings.frame, stamp),
             format="rgb8; jpeg compressed bgr8",  # as image_transport writes it

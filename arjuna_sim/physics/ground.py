@@ -19,6 +19,7 @@ RISE_MAX = 0.7
 _WIDE, _LEVEL = 1.0, 0.05  # a floor is as high in most directions this far away [m]
 _HEADROOM = 0.5  # over what is walked on; less is below a floor, or a shelf [m]
 _REACH, _CELL = 3.2, 0.2  # how far around and how densely the ground is surveyed [m]
+_KEPT = 4096  # columns that are remembered: a survey has 1089
 _SOLID = (Group.WORLD_COLLISION.value, Group.WORLD_CONTACT.value)
 
 
@@ -114,7 +115,7 @@ class Ground:
         """Return what is above one another at a point."""
         found = self._columns.get((x, y))
         if found is None:
-            if len(self._columns) == 4096:  # a survey has 1089
+            if len(self._columns) == _KEPT:
                 self._columns.clear()
             found = self._columns[x, y] = self._column(x, y)
         return found

@@ -9,6 +9,9 @@ import mujoco
 
 from arjuna_sim.model.look import LightKind, Look
 
+_SKY, _HORIZON = (0.4, 0.6, 0.9), (0.9, 0.9, 0.9)
+_ABOVE = 20.0  # how far from the origin the sun stands [m]
+
 
 def add_look(spec: Any, look: Look) -> None:
     """Add a world's lights, sky and fog to a spec; `set_fog` completes the fog.
@@ -18,7 +21,7 @@ def add_look(spec: Any, look: Look) -> None:
     visual, kinds = spec.visual, mujoco.mjtLightType
     for light in look.lights:
         is_sun, is_spot = (light.kind is each for each in (LightKind.DIRECTIONAL, LightKind.SPOT))
-        high = [-20.0 * part for part in light.direction]  # [m] from the origin
+        high = [-_ABOVE * part for part in light.direction]
         spec.worldbody.add_light(
             type=kinds.mjLIGHT_DIRECTIONAL if is_sun else kinds.mjLIGHT_SPOT,
             pos=high if is_sun else light.position,  # shadows are cast from there
@@ -39,8 +42,8 @@ def add_look(spec: Any, look: Look) -> None:
     spec.add_texture(
         type=mujoco.mjtTexture.mjTEXTURE_SKYBOX,
         builtin=mujoco.mjtBuiltin.mjBUILTIN_GRADIENT,
-        rgb1=flat or (0.4, 0.6, 0.9),
-        rgb2=flat or (0.9, 0.9, 0.9),
+        rgb1=flat or _SKY,
+        rgb2=flat or _HORIZON,
         width=64,
         height=384,
     )

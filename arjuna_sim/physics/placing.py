@@ -17,6 +17,8 @@ from arjuna_sim.physics.stage import Stage
 _NEAR, _EVEN = 0.1, 0.002  # how far off a slope is measured, and how straight it is [m]
 _ROUGH = 0.05  # how far wheels may stand from one plane on uneven ground [m]
 _RADIUS_MAX, _RING = 3.0, 0.1  # how far, and in which steps, a free pose is looked for [m]
+_BESIDE = 0.5  # how far from the origin a robot starts that could not turn there [m]
+_ROOM = 0.05  # how far ahead and back a robot with room to drive away stands free, too [m]
 EDGE = "the edge of the ground"
 """What is in the way where a wheel would stand on nothing."""
 
@@ -60,7 +62,7 @@ class Placer:
             return pose
         survey = self._ground.survey(pose.x, pose.y)  # takes a tenth of a second
         if not touched:
-            return self._nearest(pose, survey, True, 0.5) or pose
+            return self._nearest(pose, survey, True, _BESIDE) or pose
         if touched == (EDGE,) and not len(survey.points):  # a world without ground
             return pose
         for is_ground in (True, False):  # a raised floor only where the ground is nowhere free
@@ -85,7 +87,7 @@ class Placer:
     def _has_room(self, pose: SE2, survey: Survey | None = None, is_ground: bool = False) -> bool:
         """Return whether the robot can turn at a pose, and drive away to any side."""
         turns = (SE2(pose.x, pose.y, pose.theta + math.pi * step / 6) for step in range(12))
-        ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (0.05, -0.05))
+        ends = (turn @ SE2(ahead, 0.0) for turn in turns for ahead in (_ROOM, -_ROOM))
         return all(self._is_free(end, survey, is_ground) for end in ends)
 
     def _is_free(self, pose: SE2, survey: Survey | None, is_ground: bool) -> bool:

@@ -31,6 +31,7 @@ from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresse
 from arjuna_sim.physics.wheels.tyres import STICTION, WheelSupport, sag_of, tune_tyres
 
 _SLOW = 10_000  # faces of a world that take a second to compile
+_ARENA = (64_000_000, 1_000_000_000)  # least and most memory for contacts [bytes]
 
 
 @dataclass(frozen=True)
@@ -201,7 +202,7 @@ def _memory(geoms: int) -> int:
     ground in up to four points, of three forces each; solving takes the square of all of them.
     Only what is used is taken from the machine.
     """
-    return int(min(64_000_000 + 4 * 8 * (4 * 3 * geoms) ** 2, 1_000_000_000))
+    return int(min(_ARENA[0] + 4 * 8 * (4 * 3 * geoms) ** 2, _ARENA[1]))
 
 
 def _is_sound(world: World) -> bool:

@@ -13,6 +13,7 @@ import mujoco
 from arjuna_core.errors import ArjunaError
 from arjuna_sim.model.geometry.shapes import Group
 
+_DISTANCE, _ELEVATION = 5.0, -40.0  # of the eye that a window opens with: a room's corner [m, deg]
 _SHOWN = (Group.WORLD_VISUAL.value, Group.ROBOT_VISUAL.value)
 _REMEDY = "'python -m bringup view' shows the robot in a browser"
 
@@ -98,7 +99,7 @@ class Viewer:
         copied = copy.deepcopy(model)
         self._model, self._own = model, (copied, mujoco.MjData(copied))
         self._handle = _launch(*self._own)
-        self._handle.cam.distance, self._handle.cam.elevation = 5.0, -40.0
+        self._handle.cam.distance, self._handle.cam.elevation = _DISTANCE, _ELEVATION
         self._handle.opt.geomgroup[:] = [group in _SHOWN for group in range(6)]
 
     def close(self) -> None:

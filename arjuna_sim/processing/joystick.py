@@ -17,6 +17,7 @@ from arjuna_core.files.input_file import read_text
 T = TypeVar("T", int, float)
 _EVENT = struct.Struct("<IhBB")  # time [ms], value, type, number of the axis or button
 _BUTTON, _AXIS, _INITIAL = 0x01, 0x02, 0x80
+_FULL = 32767.0  # a stick's greatest deflection
 
 
 @dataclass
@@ -58,7 +59,7 @@ class Gamepad:
 
     def _deflection(self, raw: int) -> float:
         """Return a deflection that is 0 up to the dead zone; the kernel's is negated."""
-        share = max(-1.0, raw / 32767.0)
+        share = max(-1.0, raw / _FULL)
         beyond = max(0.0, abs(share) - self.deadzone) / max(1e-9, 1.0 - self.deadzone)
         return -beyond if share > 0.0 else beyond
 

@@ -14,6 +14,7 @@ from arjuna_core.arrays import Floats, Ints
 _METRES = 0.5  # side of a bin [m]: Fox's and Nav2's
 _HEADINGS = 36  # bins of 10 degrees, as theirs
 _RADIANS = 2.0 * math.pi / _HEADINGS
+_SADDLE = 0.2  # of the lesser peak's weight, above which two modes are one
 _STEPS = tuple((x, y, h) for x in (-1, 0, 1) for y in (-1, 0, 1) for h in (-1, 0, 1))
 
 
@@ -116,8 +117,7 @@ def _connect(codes: Ints, shares: Floats, by_share: Ints, rows: int) -> Ints:
             a, b = _top(root, k), _top(root, other)
             if rank[b] < rank[a]:
                 a, b = b, a
-            # Two modes are one above a saddle of 0.2 of the lesser peak's weight.
-            if a != b and (b == k or shares[k] >= 0.2 * shares[b]):
+            if a != b and (b == k or shares[k] >= _SADDLE * shares[b]):
                 root[b] = a
     labels, found = np.empty(len(codes), np.int64), 0
     for k in by_share:

@@ -30,6 +30,7 @@ from arjuna_slam.amcl.sensor_models import make_sensor
 from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.scan_filter import LastOdometry
 
+_WIDE = 0.6  # deviation of a cluster whose mean says little of where its particles fit [m]
 _INDIFFERENT = 0.015  # difference of agreement that decides nothing: three beams of 180
 
 
@@ -189,8 +190,7 @@ class ParticleFilter:
             return mean, self._matcher.agreement(mean, view)
         deviations = np.sqrt(cluster.covariance.diagonal())
         pose, matched = self._matcher.best_near(mean, view, deviations)
-        # The mean of a cluster wider than 0.6 m says little of where its particles fit.
-        if matched < self._config.relocalize_doubt and max(deviations[:2]) > 0.6:
+        if matched < self._config.relocalize_doubt and max(deviations[:2]) > _WIDE:
             pose, matched = self._best_within(cluster, view, pose, matched)
         if kept is not None and view.returned * (matched - score) <= _INDIFFERENT:
             return kept, score

@@ -16,6 +16,7 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.matching.map_field import MapField
 from arjuna_slam.matching.surface import wall_normals
 
+_SPARSE = 0.2  # share of beams from afar below which the map is not searched for them
 BEAMS_MIN = 10  # fewer beams with a return say nothing about where the robot is
 
 
@@ -88,7 +89,7 @@ class ScanView:
 
         As of one thing in the open, or of people who stand about the robot.
         """
-        return bool(self._from_afar.sum() < 0.2 * len(self.many.ranges))
+        return bool(self._from_afar.sum() < _SPARSE * len(self.many.ranges))
 
     @cached_property
     def _from_afar(self) -> Bools:
@@ -125,6 +126,10 @@ def _deskewed(ranges: Floats, rays: Floats, mount: SE2, high: float) -> tuple[Fl
     return np.where(far, ranges, np.minimum(seen, np.nextafter(high, 0.0))), directions
 
 
+_DEEP = 0.5  # a beam this much longer than the map allows went through an obstacle [m] ...
+_OUT = 1.5  # ... as did one that came out of it so far [cells]
+_SHORT = 0.5  # what a beam that ends early counts, as someone may stand there ...
+_WIDE = 3.0  # that far off; nearer by, less: there someone hides more of what the map has [m]
 _HALF_DIAGONAL = math.sqrt(0.5)
 _NOTHING, _INTO, _THROUGH = 0, 1, 2  # what a ray meets
 
@@ -242,9 +247,8 @@ def _agreement(
             if inside and distances[row, column] < limit:
                 near += 1
             elif doubt_unknown or crossing == _INTO or _is_known(unknown, x, y):
-                # Nearer by than 3 m someone hides more of what the map has.
-                short += min(ranges[i] / 3.0, 1.0)
-    counted = near + through + 0.5 * short  # someone may stand there
+                short += min(ranges[i] / _WIDE, 1.0)
+    counted = near + through + _SHORT * short
     return near / counted if counted > 0.0 else 0.0
 
 
@@ -268,8 +272,7 @@ def _crossing(
             continue
         free = distances[row, column] / resolution
         if hit < np.inf:
-            # It went through an obstacle: it is longer by 0.5 m, or came out by 1.5 cells.
-            if free > 1.5 or at - hit > 0.5 / resolution:
+            if free > _OUT or at - hit > _DEEP / resolution:
                 return _THROUGH
             at += 1.0
         elif free == 0.0:

@@ -16,6 +16,7 @@ from arjuna_slam.amcl.config import AmclConfig
 from arjuna_slam.amcl.scan_view import ScanView
 from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
+_HEADINGS = 360  # for which ranges are cast ahead: a degree each
 _MILLIMETRE = 1e-3
 _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray ends in the unknown
 
@@ -128,7 +129,7 @@ class BeamModel:
     def __init__(self, field: MapField, config: AmclConfig) -> None:
         self._field, self._config = field, config
         self._blocked = field.occupied | field.unknown
-        headings = 360  # a degree each
+        headings = _HEADINGS
         bytes_max = 256e6  # of the cache; a large map gets coarser headings
         while headings > 45 and self._blocked.size * headings * 2 > bytes_max:
             headings //= 2

@@ -20,7 +20,9 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 
+_LOOSE_MAX, _TIGHTER = 1e3, 4.0  # how wide the robust kernel begins, and how it tightens
 _STEPS = 2  # in one call, so that no scan waits
+_ONLINE_TOLERANCE, _FINAL_TOLERANCE = 1e-3, 1e-6  # relative gain of chi2 below which it ends
 
 
 @dataclass(frozen=True)
@@ -82,7 +84,7 @@ class BackEnd:
                 continue  # near the optimum the kernel is convex as it is
             deviations = math.sqrt(max(0.0, float(error @ edge.information @ error)))
             loose = deviations / self._config.loop_robust_scale
-            self._looseness = min(max(self._looseness, loose), 1e3)
+            self._looseness = min(max(self._looseness, loose), _LOOSE_MAX)
         self._fresh += len(edges)
         self._since += 1
         period = self._config.optimize_every + self._config.optimize_growth * len(self._graph)
@@ -93,13 +95,13 @@ class BackEnd:
         if not self.running:
             return
         self._since = self._fresh = 0
-        self.running = not self._optimize(_STEPS, 1e-3)
+        self.running = not self._optimize(_STEPS, _ONLINE_TOLERANCE)
 
     def finish(self) -> None:
         """Optimise to the end."""
         self._since = self._fresh = 0
         self.running = False
-        while not self._optimize(30, 1e-6):
+        while not self._optimize(30, _FINAL_TOLERANCE):
             continue
 
     def _optimize(self, steps: int, tolerance: float) -> bool:
@@ -113,7 +115,7 @@ class BackEnd:
         if result.status is OptimizerStatus.MAX_ITERATIONS and steps == _STEPS:
             return False
         if self._looseness > 1.0:
-            self._looseness = max(1.0, self._looseness / 4.0)
+            self._looseness = max(1.0, self._looseness / _TIGHTER)
             return False
         graph.poses, self._poses = result.poses, None
         tried = graph.table.j < len(graph) - self._config.loop_trial_keyframes

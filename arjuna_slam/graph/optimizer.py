@@ -164,6 +164,9 @@ def damp(starts: Ints, blocks: Floats, corner: Floats, damping: float) -> None:
         corner[r, r] += damping * corner[r, r] + _DIAGONAL_MIN
 
 
+_DAMPING_MIN, _DAMPING_MAX = 1e-10, 1e8  # no damping, no step: beyond either nothing changes
+
+
 class OptimizerStatus(enum.Enum):
     """Outcome of an optimisation."""
 
@@ -248,14 +251,14 @@ def optimize(
                 status = OptimizerStatus.CONVERGED
                 break
             damping = max(damping * 100.0, 1e-6)
-            if damping > 1e8:  # so damped, nothing changes
+            if damping > _DAMPING_MAX:
                 status = OptimizerStatus.NO_DESCENT
                 break
             continue
         done = cost - trial_cost <= tolerance * (cost + 1e-9)
         poses, cost, weight = trial, trial_cost, trial_weight
         trace.append(cost)
-        damping = max(damping * 0.1, 1e-10)
+        damping = max(damping * 0.1, _DAMPING_MIN)
         if done:
             status = OptimizerStatus.CONVERGED
             break

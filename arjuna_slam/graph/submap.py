@@ -17,6 +17,9 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.surface import Surface
 
 _NONE = np.zeros((3, 3))
+_POST_DISTANCE = (
+    4.0  # distance after which keyframes are tied to a nearer one, with which they share more
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -152,7 +155,7 @@ class Submap:
         self.path_length += self.poses[-1].distance(T_anchor_base) if self.poses else 0.0
         self.nodes.append(node)
         self.poses.append(T_anchor_base)
-        if torn or self.path_length - self._post_length >= 4.0:  # [m]
+        if torn or self.path_length - self._post_length >= _POST_DISTANCE:
             self._post, self._post_length = len(self.nodes) - 1, self.path_length
             self._unseen = np.zeros((3, 3))
         points, normals = surface.dense(self.field.resolution)

@@ -20,7 +20,9 @@ from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2, wrap
 from arjuna_slam.graph.pose_graph import PoseGraph
 
+_LEVER = 5.0  # error in position that an error in heading of 1 rad counts for [m]
 _SLACK = np.diag([0.1**2, 0.1**2, 0.02**2])  # on top of what the graph does not know
+_UNKNOWN = 1e6  # variance of what no chain reaches
 
 
 def relative_covariances(
@@ -84,7 +86,7 @@ def _propagate(
     unreached, before = open_.sum(), np.full(len(poses), -1)
     result = np.zeros((len(poses), 3, 3))
     for k in range(len(poses)):
-        result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = 1e6  # no chain reaches it
+        result[k, 0, 0] = result[k, 1, 1] = result[k, 2, 2] = _UNKNOWN
     result[node] = 0.0
     travel = np.zeros(len(poses))
     done = np.zeros(len(poses), np.bool_)
@@ -121,8 +123,7 @@ def _propagate(
 @njit(cache=True)
 def _length(edge: Floats) -> float:
     """Return how much an edge of a covariance `(3, 3)` adds to what is not known."""
-    # An error in heading of 1 rad counts as 5 m.
-    length: float = edge[0, 0] + edge[1, 1] + 5.0**2 * edge[2, 2]
+    length: float = edge[0, 0] + edge[1, 1] + _LEVER**2 * edge[2, 2]
     return length
 
 

@@ -19,6 +19,7 @@ from arjuna_slam.mapping.session import Session
 
 PosedScan = tuple[Scan, SE2]
 """A scan and the robot's pose in map at it."""
+_MOVED_POSITION_CELLS = 0.5  # from which on a scan is drawn again: less leaves the same cells
 
 
 class Keyframes:
@@ -117,8 +118,7 @@ class Keyframes:
     def _moved(self) -> Ints:
         """Return the traced scans that have moved enough to be traced again, the farthest first."""
         change = self.graph.poses[: len(self._traced)] - self._traced
-        # Half a cell: less leaves the same cells.
-        gap = np.hypot(change[:, 0], change[:, 1]) / (0.5 * self._resolution)
+        gap = np.hypot(change[:, 0], change[:, 1]) / (_MOVED_POSITION_CELLS * self._resolution)
         moved_heading = 0.005  # the same [rad]: half a cell at 5 m
         turn = np.abs(np.remainder(change[:, 2] + np.pi, 2.0 * np.pi) - np.pi) / moved_heading
         far = np.maximum(gap, turn)

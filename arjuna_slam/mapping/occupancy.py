@@ -22,6 +22,9 @@ from arjuna_core.raycast import line_cells
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
+_FRINGE = 0.65  # share of the beams that ended in the line beside from which on one is no fringe
+_CHANCE = 0.5  # deviations by which the number of those may fall short by chance
+
 
 class Occupancy:
     """A grid of counts and the map they make; only cells that change are computed again.
@@ -217,8 +220,7 @@ def _is_fringe(hits: NDArray[np.int32], row: int, column: int) -> bool:
         spread = max(first, middle, last) - min(first, middle, last)
         if spread > widest:
             widest, own, beside = spread, middle, max(first, last)
-    # Its number may fall short of 0.65 of those beside by half a deviation, by chance.
-    return bool(own < 0.65 * beside - 0.5 * math.sqrt(beside))
+    return bool(own < _FRINGE * beside - _CHANCE * math.sqrt(beside))
 
 
 @njit(cache=True)

@@ -16,6 +16,8 @@ from arjuna_slam.matching.correlative import Window, search
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher
 from arjuna_slam.matching.surface import Surface, extract
 
+_DEPTH_MIN, _DEPTH_MAX = 3, 7  # levels of the search everywhere: blocks of 8 to 128 cells
+
 
 @dataclass(frozen=True)
 class ReferenceConfig(SubmapConfig, LoopConfig, MatcherConfig):
@@ -60,8 +62,7 @@ class ReferenceMap:
         half = 0.5 * self.field.resolution * np.array([columns, rows])
         centre = self.field.origin + half
         depth = round(math.log2(float(half.max()) / self.field.resolution)) - 2
-        # Blocks of 8 to 128 cells.
-        window = Window(float(half.max()), math.pi, min(max(depth, 3), 7))
+        window = Window(float(half.max()), math.pi, min(max(depth, _DEPTH_MIN), _DEPTH_MAX))
         prior = SE2(float(centre[0]), float(centre[1]), 0.0)
         most = 120  # points of a scan, as it is searched everywhere
         points = surface.points[:: math.ceil(len(surface) / most)]

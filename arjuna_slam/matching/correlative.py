@@ -22,6 +22,7 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 _ANGLE_STEP_MIN = math.radians(0.25)
+_WORK = 10000  # blocks of offsets looked at in a step of a search that waits between: some ms
 
 
 @dataclass(frozen=True)
@@ -61,7 +62,7 @@ def searching(
     window: Window,
     least: float,
     apart: tuple[Sequence[SE2], float] | None = None,
-    work: int = 10000,
+    work: int = _WORK,
 ) -> Generator[None, None, tuple[SE2, float] | None]:
     """Search as `search` does, in steps of a bounded time: `work` blocks of offsets each.
 
@@ -113,6 +114,7 @@ def _left_out(apart: tuple[Sequence[SE2], float] | None, prior: SE2, resolution:
 # Cost and grain of the search; they change how long it takes, not what counts as a match.
 _SIGMA = 0.2  # how far a beam may end from an obstacle and still count [m]; two steps of position
 _HEADINGS = 120  # steps of 3 degrees, which move a beam of 4 m by _SIGMA
+_APART = 0.4  # found poses differ by this much [m] ...
 _APART_HEADING = math.radians(20.0)  # ... or by this much
 
 
@@ -202,7 +204,7 @@ def distinct(poses: Floats, scores: NDArray[np.floating], limit: int) -> Ints:
         if scores[best] == -np.inf:
             break
         chosen.append(best)
-        near = np.hypot(*(poses[:, :2] - poses[best, :2]).T) < 0.4  # [m]
+        near = np.hypot(*(poses[:, :2] - poses[best, :2]).T) < _APART
         alike = np.abs(wrap(poses[:, 2] - poses[best, 2])) < _APART_HEADING
         scores[near & alike] = -np.inf
     return np.array(chosen, dtype=np.int64)

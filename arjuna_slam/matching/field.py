@@ -20,6 +20,9 @@ from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bytes, Floats, Ints, Singles
 
+_CROSSED_MIN, _AGREED_MIN = 0.5, 0.7  # weight and share of it in one direction, to be a surface
+_LEVEL_MIN = 2  # of 255: likelihood from which a point counts in a cell
+
 
 class Field:
     """A likelihood field that grows.
@@ -203,7 +206,7 @@ def _stamp_point(
             c = int(gx) - radius + b
             w = wx[b] * wy[a]
             level = int(255.0 * w + 0.5)
-            if level < 2:  # of 255
+            if level < _LEVEL_MIN:
                 continue
             if level > score[r, c]:
                 score[r, c] = level
@@ -231,8 +234,7 @@ def _crossings(
         for c in range(index.shape[1]):
             w, nx, ny, d = planes[index[r, c]]
             length = math.hypot(nx, ny)
-            # A surface has a weight, most of it in one direction.
-            if index[r, c] == 0 or w < 0.5 or length < 0.7 * w:
+            if index[r, c] == 0 or w < _CROSSED_MIN or length < _AGREED_MIN * w:
                 continue
             nx, ny, d = nx / length, ny / length, d / length
             if max(abs(d * nx), abs(d * ny)) > 0.5 * resolution:

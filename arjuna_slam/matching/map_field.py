@@ -16,6 +16,7 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.matching.refinement import refine
 
 _BLOCK = 256  # poses at a time: their coordinates and sums stay in the innermost cache
+_NOWHERE = np.zeros(2)  # the distances begin at the grid's own origin
 
 
 def bordered(table: NDArray[Any], outside: float) -> Singles:
@@ -136,7 +137,7 @@ class MapField:
         """
         start = (self._T_grid_map @ pose).array()
         found = refine(
-            (self.distances, None, self.frame.resolution, np.zeros(2)), points, normals,
+            (self.distances, None, self.frame.resolution, _NOWHERE), points, normals,
             start, start, information, scales, deviation,
         )[0]  # fmt: skip
         return self.frame.origin @ SE2.from_array(found)

@@ -26,8 +26,14 @@ Reference = tuple[NDArray[Any], Singles | None, float, Floats]
 # Weights rise from 0 to 1 between two values, because hard limits make the steps cycle.
 _SUPPORT_MIN, _SUPPORT_FULL = 0.02, 0.2  # how much reference is around a point
 _ALIGNED_MIN, _ALIGNED_FULL = 0.3, 0.7  # how well its normals agree; a thin wall's cancel
+_FACING_MIN, _FACING_FULL = 0.3, 0.7  # cosine between the point's normal and the reference's
 _ASKEW = math.cos(0.3)  # between a wall's direction and what a normal's noise may make of it
 _DEGENERATE = 0.1  # share of the best seen direction below which another is looked at closely
+_DOUBTED = 3.0  # deviations from which odometry is doubted
+_ONE_THING = 4.0  # how much more odometry counts along a direction that few points see
+_WHOLE_STEPS = 10  # after so many, steps are halved, so that a cycle comes to rest
+_STEP_DONE = 1e-4  # [m, rad]
+_STEP_CLOSE = 3e-3  # [m, rad]; a cycle no larger than this counts as converged
 
 
 @njit(cache=True)
@@ -122,7 +128,7 @@ def _linearize(
             facing = c * along + s * (ny * normals[i, 0] - nx * normals[i, 1])
             if planes is None:  # a distance grows on either side of a wall
                 facing = abs(facing)
-            w *= _ramp(facing, 0.3, 0.7)
+            w *= _ramp(facing, _FACING_MIN, _FACING_FULL)
         along = nx * u + ny * v
         if abs(along) > _ASKEW:
             nx, ny = math.copysign(1.0, along) * u, math.copysign(1.0, along) * v
@@ -192,7 +198,7 @@ def refine(
     values, planes, resolution, origin = reference
     pose, h = start.copy(), np.zeros((3, 3))
     total, square, step, done = 0.0, 0.0, math.inf, 0
-    while done < len(scales) and (step >= 1e-4 or scales[done] != scales[done - 1]):
+    while done < len(scales) and (step >= _STEP_DONE or scales[done] != scales[done - 1]):
         h, g, total, square = _linearize(
             values, planes, resolution, origin, points, normals, pose, scales[done], 0.0, 0.0
         )
@@ -201,17 +207,15 @@ def refine(
         error[2] = (error[2] + math.pi) % (2.0 * math.pi) - math.pi
         held = prior_information.copy()
         if planes is not None:
-            # Odometry is doubted from three deviations on.
-            held /= 1.0 + error @ prior_information @ error / 3.0**2
+            held /= 1.0 + error @ prior_information @ error / _DOUBTED**2
         _hold_unseen(held, h)
         pull = g / (deviation * deviation) + held @ error
         delta = solve(h + held, -pull)
-        if done > 10:  # so that a cycle comes to rest
+        if done > _WHOLE_STEPS:
             delta *= 0.5
         pose += delta
         step, done = np.abs(delta).max(), done + 1
-    # A cycle no larger than 3 mm or mrad counts as converged.
-    return pose, h, total, square / max(total, 1e-12), done if step < 3e-3 else -1
+    return pose, h, total, square / max(total, 1e-12), done if step < _STEP_CLOSE else -1
 
 
 @njit(cache=True)
@@ -229,8 +233,7 @@ def _hold_unseen(held: Floats, h: Floats) -> None:
     u, v = math.cos(angle), math.sin(angle)
     known = u * u * held[0, 0] + 2.0 * u * v * held[0, 1] + v * v * held[1, 1]
     seen = (mean - spread) / (_DEGENERATE * (mean + spread))
-    # Few points see one thing, perhaps: odometry counts for more.
-    more = 4.0 * (1.0 - seen) * known
+    more = _ONE_THING * (1.0 - seen) * known
     held[0, 0] += more * u * u
     held[0, 1] += more * u * v
     held[1, 0] += more * u * v

@@ -13,6 +13,10 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
 _BREAK_ANGLE = math.radians(10.0)  # flatter than this to the beam, a surface counts as two
+_BREAK_NOISE = 0.06  # that noise adds to the gap between neighbours [m]
+_LINK_BEAMS = 4  # a wall continues over up to three beams that were lost
+_FLATNESS = 0.1  # of the spread across to that along, above which points show no direction
+_SAME_WALL = 0.8  # cosine between the normals of neighbours: 37 degrees
 
 
 @dataclass(frozen=True)
@@ -90,8 +94,7 @@ def _link(points: Floats, beams: Ints, ranges: Floats, increment: float) -> Bool
     for i in range(len(points) - 1):
         near = min(ranges[i], ranges[i + 1])
         gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
-        # A wall continues over up to three lost beams; noise adds 6 cm to a gap.
-        linked[i] = beams[i + 1] - beams[i] <= 4 and gap < near * factor + 0.06
+        linked[i] = beams[i + 1] - beams[i] <= _LINK_BEAMS and gap < near * factor + _BREAK_NOISE
     return linked
 
 
@@ -123,7 +126,7 @@ def _fit_normals(points: Floats, linked: Bools, reach: float, mount: Floats) -> 
         xy = (after[3] - before[3]) / n - mx * my
         yy = (after[4] - before[4]) / n - my * my
         mean, spread = 0.5 * (xx + yy), math.hypot(0.5 * (xx - yy), xy)
-        if mean - spread > 0.1 * (mean + spread):  # points as wide as long show no direction
+        if mean - spread > _FLATNESS * (mean + spread):
             continue
         nx, ny = _short_axis(xx, xy, yy)
         toward = nx * (mount[0] - x) + ny * (mount[1] - y) >= 0.0
@@ -169,7 +172,7 @@ def _densify(
     total = count
     for i in range(count - 1):
         dot = normals[i, 0] * normals[i + 1, 0] + normals[i, 1] * normals[i + 1, 1]
-        if linked[i] and dot > 0.8:  # 37 degrees
+        if linked[i] and dot > _SAME_WALL:
             gap = math.hypot(points[i + 1, 0] - points[i, 0], points[i + 1, 1] - points[i, 1])
             extra[i] = int(gap / spacing)
             total += extra[i]

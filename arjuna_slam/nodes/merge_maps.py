@@ -29,6 +29,7 @@ from arjuna_slam.mapping.session import SUFFIX, Session, SessionFileError, load_
 from arjuna_slam.nodes.slam_interactive import handle
 
 _TOOL = "merge_maps_tool"
+_SIZE = 2.0  # diameter of a map's handle [m]
 
 
 @dataclass(frozen=True)
@@ -137,7 +138,7 @@ class MergeMapsNode(ManagedNode):
     def _markers(self) -> list[Any]:
         head = header(self.config.map_frame, self.now)
         named = enumerate(self._submaps, start=1)
-        return [handle(head, str(k), one.pose, 2.0) for k, one in named]  # [m]
+        return [handle(head, str(k), one.pose, _SIZE) for k, one in named]
 
     def _on_get(self, request: Any, response: Any) -> Any:
         response.sequence_number, response.markers = self._sequence, self._markers()

@@ -11,6 +11,7 @@ from bringup.stack import STACKS
 
 _MAIN = {"sim": "/scan", "amcl": "/amcl_pose", "slam_toolbox": "/map"}
 _PLUMBING = ("/rosout", "/parameter_events", "/tf", "/tf_static")
+_WIDTHS = (32, 13, 13, 6, 28, 9)
 _HEADINGS = ("NODE", "STATE", "PROCESS", "CPU", "TOPIC", "RATE", "LAST WARNING")
 
 
@@ -105,5 +106,5 @@ def table_text(found: Iterable[Row], width: int) -> str:
 
 
 def _line(cells: tuple[str, ...]) -> str:
-    fixed = zip(cells[:-1], (32, 13, 13, 6, 28, 9), strict=True)
+    fixed = zip(cells[:-1], _WIDTHS, strict=True)
     return " ".join([*(f"{cell[:width]:<{width}}" for cell, width in fixed), cells[-1]])

@@ -21,6 +21,7 @@ from bringup.processes.child import describe_exit
 
 PROGRAM = (sys.executable, "-s", "-m", "bringup.homework.student")
 """What is started for a submission, with the pipe's ends and its folder."""
+_SHOWN = 20_000  # of what a program prints [bytes]
 
 
 class ProgramError(Exception):
@@ -144,7 +145,7 @@ class Program:
     def printed(self) -> str:
         """The last of what it printed."""
         size = os.fstat(self._printed.fileno()).st_size
-        data = os.pread(self._printed.fileno(), 20_000, max(size - 20_000, 0))
+        data = os.pread(self._printed.fileno(), _SHOWN, max(size - _SHOWN, 0))
         text = data.decode("utf-8", "replace").replace("\x00", "")
         return text.replace(f"{self._work.name}/", "")
 

@@ -272,8 +272,7 @@ def _heights(robot: Any, parameters: Parameters) -> Parameters:
         low, high, edge = (shipped[node].get(key, 0.0) for key in (*keys, f"{layer}.z_resolution"))
         if not edge or any(parameters[node].get(k) != shipped[node].get(k) for k in keys):
             continue
-        # What lies six standard deviations above the ground marks an obstacle.
-        low, high = max(low, 6.0 * at.scatter), max(high, at.top - at.ground)
+        low, high = max(low, _SCATTER * at.scatter), max(high, at.top - at.ground)
         found[node] = {
             key: round(z + at.ground, 3) for key, z in zip(keys, (low, high), strict=True)
         }

@@ -20,6 +20,7 @@ from bringup.ros2.discovery import discover
 from bringup.ros2.errors import Ros2Error, check_interrupts
 from bringup.ros2.verbs.forward import LAUNCHED
 
+_STARTING = 20.0  # [s] in which a node of Python is there on a busy machine
 Names = Sequence[tuple[str, Sequence[str]]]
 """Names of the graph, each with its types."""
 
@@ -79,8 +80,7 @@ class Client(Connection):
         """
         full = absolute(name)
         starts = self._limit is None and LAUNCHED in os.environ
-        # [s] in which a node of Python is there on a busy machine.
-        patience = 20.0 if starts else self._limit
+        patience = _STARTING if starts else self._limit
         if not discover(self, lambda: full in self.nodes(hidden), patience):
             raise Ros2Error("Node not found")
         return full

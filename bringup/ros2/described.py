@@ -26,6 +26,7 @@ from bringup.ros2.worlds import world_of
 _MODEL = "TURTLEBOT3_MODEL"
 _CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
 _UNIQUE = "robot1={x: 0.0, y: 0.5}; robot2={x: 0.0, y: -0.5}"
+_DEADZONE, _RATE = 0.3, 20.0  # joy's, as that launch file sets them
 
 
 def robot() -> LaunchDescription:
@@ -378,7 +379,7 @@ def _joystick(context: Any) -> list[Node]:
             package="joy",
             executable="joy_node",
             name="joy_node",
-            parameters=[{**device, "deadzone": 0.3, "autorepeat_rate": 20.0}],
+            parameters=[{**device, "deadzone": _DEADZONE, "autorepeat_rate": _RATE}],
         ),
         Node(
             package="teleop_twist_joy",

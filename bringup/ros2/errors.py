@@ -13,6 +13,7 @@ class Ros2Error(ArjunaError):
     """A command failed, in ros2cli's words."""
 
 
+_AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and launches send one twice
 _seen_at = -math.inf  # [s]
 
 
@@ -36,7 +37,6 @@ def check_interrupts() -> None:
 
 def _on_signal(number: int, frame: object) -> None:
     global _seen_at
-    # `timeout` and launches send one twice at once.
-    again, _seen_at = time.monotonic() - _seen_at < 1.0, time.monotonic()
+    again, _seen_at = time.monotonic() - _seen_at < _AGAIN, time.monotonic()
     if not again:
         raise KeyboardInterrupt

@@ -28,6 +28,7 @@ CELL = 0.15
 _SIZE = 30  # of the field [cells]
 _FIRST_ROW = 34  # of the field, counted from where the fence begins
 _LEFT = -4.425  # x of the first column's centres [m]
+_BEFORE_PATH = 5.075, -4.575  # y and x of the cell (0, 0) of path files [m]
 KINDS = tuple(itertools.product((2, 3, 4), (0.15, 0.20, 0.25, 0.30)))
 """How often a field is smoothed, and which share of it is filled at first."""
 _CYLINDER = (
@@ -108,6 +109,6 @@ def _shortest_path(field: Bools) -> Ints | None:
     if not math.isfinite(potential[-1, last]):
         return None
     cells = np.round(descend(potential, (_SIZE - 1, last))[::-1]).astype(np.int64)
-    y0, x0 = 5.075, -4.575  # of the cell (0, 0) of path files [m]
+    y0, x0 = _BEFORE_PATH
     shift = round((_LEFT - x0) / CELL), round((CELL * (_FIRST_ROW + 0.5) - y0) / CELL)
     return cells[:, ::-1] + shift

@@ -14,7 +14,8 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
 _LENGTH, _WIDTH = 7.0, 5.0  # of the room, the door's wall across its middle [m]
-_CELL = 0.05  # of the map [m]
+_OUTER = 0.2  # thickness of the room's own walls [m]
+_CELL, _MARGIN = 0.05, 0.5  # of the map [m]
 Box = tuple[float, float, float, float]
 """Middle and size of a wall in the room's frame [m]."""
 
@@ -45,7 +46,7 @@ class Door:
         room = SE2(float(rng.uniform(-0.5, 0.5)), float(rng.uniform(-0.5, 0.5)), turned)
         sides = [-_WIDTH / 2.0, middle - width / 2.0, middle + width / 2.0, _WIDTH / 2.0]
         jambs = [(0.0, (a + b) / 2.0, thick, b - a) for a, b in (sides[:2], sides[2:])]
-        x, y, t = _LENGTH / 2.0, _WIDTH / 2.0, 0.2
+        x, y, t = _LENGTH / 2.0, _WIDTH / 2.0, _OUTER
         outer = [(s * x, 0.0, t, 2.0 * y + t) for s in (-1, 1)]
         outer += [(0.0, s * y, 2.0 * x + t, t) for s in (-1, 1)]
         lateral = np.clip(middle + rng.uniform(-1.2, 1.2, 2), 0.7 - y, y - 0.7)
@@ -86,7 +87,7 @@ class Door:
     def map(self) -> OccupancyGrid:
         """Return the map: what a wall covers any of is occupied."""
         points = np.vstack([_filled(box) for box in self.walls])
-        reach = math.hypot(_LENGTH, _WIDTH) / 2.0 + 0.5
+        reach = math.hypot(_LENGTH, _WIDTH) / 2.0 + _MARGIN
         cells = 2 * math.ceil(reach / _CELL)
         corner = SE2(self.T_world_room.x - reach, self.T_world_room.y - reach)
         frame = GridFrame(_CELL, cells, cells, corner)

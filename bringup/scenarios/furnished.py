@@ -17,8 +17,10 @@ from arjuna_core.se2 import SE2
 from bringup.parameters.options import BUILDINGS
 
 _WALL = 0.1  # thickness of walls [m]
+_PLANE, _TOP = 0.28, 0.35  # of Arjuna's lidar, and above the robot [m]
 _CELL = 0.05
 _TOUCH = 1e-6  # of a cell's edge, without which rounding decides for one side of every wall [m]
+_APART = 0.75  # between two pieces: the robot passes [m]
 _MODEL = (
     "<model name='{name}'><static>1</static><pose>{x:.3f} {y:.3f} {z:.3f} 0 0 0</pose>"
     "<link name='link'><collision name='collision'><geometry>{shape}</geometry></collision></link>"
@@ -88,8 +90,8 @@ def make_room(folder: Path, rng: np.random.Generator, name: str = "furnished") -
     mesh += ["f " + " ".join(map(str, face)) + "\n" for face in _FACES]
     (folder / "shell.obj").write_text("".join(mesh), encoding="ascii")
     world.write_text(text, encoding="ascii")
-    cut = [box for box in boxes if box.low <= 0.28 <= box.high]  # the lidar's plane [m]
-    low = [box for box in boxes if box.low < 0.35]  # the robot passes below [m]
+    cut = [box for box in boxes if box.low <= _PLANE <= box.high]
+    low = [box for box in boxes if box.low < _TOP]
     seen, whole = (
         save_map(_grid(layout, part), folder / stem)
         for stem, part in (("seen", cut), ("whole", low))
@@ -182,7 +184,7 @@ def _free_position(
     tries: int = 1000,
 ) -> tuple[float, float] | None:
     """Return where a piece may stand, None where nothing was found."""
-    room = radius + 0.75  # the robot passes
+    room = radius + _APART
     half = np.array([layout.length, layout.width]) / 2.0 - room
     for _ in range(tries):
         x, y = rng.uniform(-half, half)

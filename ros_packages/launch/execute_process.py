@@ -37,6 +37,7 @@ from launch.substitution import (
 )
 
 _NUMBERS = itertools.count(1)
+_LONGEST = 2**20  # [bytes] of a line of output
 _SHOWN = {  # what reaches the screen, by `output`: standard output, standard error
     "screen": (True, True),
     "both": (True, True),
@@ -215,7 +216,7 @@ class ExecuteProcess(Action):
             stderr=asyncio.subprocess.PIPE,
             start_new_session=True,
             preexec_fn=partial(die_with, os.getpid()),
-            limit=2**20,  # [bytes] of a line of output
+            limit=_LONGEST,
         )
 
     async def _follow(

@@ -31,6 +31,7 @@ __all__ = ["Entity", "Parser", "closing", "expose_action", "expose_substitution"
 __all__ += ["parse_substitution"]
 
 _EXTENSIONS = ("launch_ros.frontend", "ros_gz_bridge.actions", "ros_gz_sim.actions")
+_LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 
 
 @dataclass
@@ -125,7 +126,7 @@ def expose_action(name: str) -> Callable[[type[Any]], type[Any]]:
 
 def of_xml(path: Path) -> LaunchDescription:
     """Read an XML launch file."""
-    return _description(path, _of_xml(parse_xml(path, read_bytes(path, 2**20))))
+    return _description(path, _of_xml(parse_xml(path, read_bytes(path, _LARGEST))))
 
 
 def _of_xml(element: XmlElement) -> Entity:

@@ -15,6 +15,8 @@ from launch.events import Shutdown
 from launch.launch_context import LaunchContext
 from launch.logging import get_logger
 
+_AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and terminals send one twice
+
 
 class LaunchService:
     """Launches descriptions; one after the other has `run`.
@@ -92,8 +94,7 @@ class LaunchService:
     def _on_signal(self, number: int) -> None:
         now = asyncio.get_running_loop().time()
         if self._interrupted is not None:
-            # `timeout` and terminals send one twice at once.
-            if now - self._interrupted >= 1.0:  # what still runs ends by force
+            if now - self._interrupted >= _AGAIN:  # what still runs ends by force
                 for end in self.context.on_kill:
                     end()
             return

@@ -16,6 +16,8 @@ from launch_testing.actions import ReadyToTest
 from launch_testing.launch_test import isolated_domain
 from launch_testing.runner import READY
 
+_PATIENCE = 60.0  # [s] for all processes to end
+
 
 class RunningLaunch:
     """The launch of a description.
@@ -67,7 +69,7 @@ class RunningLaunch:
         """End all processes, and wait for that."""
         if self._thread.is_alive():
             self.service.shutdown()
-            self._thread.join(60.0)
+            self._thread.join(_PATIENCE)
         self._own.close()
 
     def call(self, test: Callable[..., Any], arguments: dict[str, Any]) -> None:

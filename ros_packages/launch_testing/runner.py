@@ -24,6 +24,7 @@ from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart
 from launch_testing.records import IoHandler, ProcInfoHandler
 
 READY = 60.0  # [s] in which a description has to come to its ReadyToTest
+_PATIENCE = 2.0  # [s] for tests to notice that all processes have ended
 _NUMBERS = itertools.count(1)
 _MODULE = re.compile(r"\blaunch_test_\d+\.")
 
@@ -183,7 +184,7 @@ class LaunchTest:
         keep_alive = getattr(self._module.generate_test_description, "keep_alive", False)
         service.run(shutdown_when_idle=not keep_alive)
         self._ready.set()
-        tests.join(2.0)  # [s] for tests to notice that all processes have ended
+        tests.join(_PATIENCE)
         if tests.is_alive():
             text = "all processes ended before the tests did (launch_testing.markers.keep_alive?)"
             self._note(outcome, Case("launch", "failed", text))

@@ -13,6 +13,7 @@ from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, qos_profile_system_default
 
 MessagePattern = Callable[[Any], bool]
+_LOOK = 0.1  # [s] from one look whether to stop to the next
 
 
 class WaitForTopics:
@@ -67,7 +68,7 @@ class WaitForTopics:
         executor = SingleThreadedExecutor(context=self._context)
         executor.add_node(self._node)
         while not self._stopped and self._context.ok():
-            executor.spin_once(timeout_sec=0.1)
+            executor.spin_once(timeout_sec=_LOOK)
         executor.remove_node(self._node)
 
     def wait(self, *args: Any, **kwargs: Any) -> bool:

@@ -41,6 +41,7 @@ class TimeoutException(TransformException):
 
 _SECOND = 1_000_000_000
 _CACHE = 10 * _SECOND  # tf2's BUFFER_CORE_DEFAULT_CACHE_TIME
+_UNIT = 1e-3  # tf2's QUATERNION_NORMALIZATION_TOLERANCE
 
 
 class BufferCore:
@@ -66,8 +67,7 @@ class BufferCore:
         norm = q.w * q.w + q.x * q.x + q.y * q.y + q.z * q.z
         if not parent or not child or parent == child:
             raise InvalidArgumentException(f"no transform from '{parent}' to '{child}'")
-        # As tf2's QUATERNION_NORMALIZATION_TOLERANCE.
-        if not abs(norm - 1.0) < 1e-3 or not all(abs(v) < 1e300 for v in (t.x, t.y, t.z)):
+        if not abs(norm - 1.0) < _UNIT or not all(abs(v) < 1e300 for v in (t.x, t.y, t.z)):
             raise InvalidArgumentException(f"the transform of '{child}' is no rigid motion")
         self._authorities[child] = authority
         stamp = 0 if static else Time.from_msg(transform.header.stamp).nanoseconds

@@ -18,6 +18,8 @@ from arjuna_nav.costmap.costmap import LETHAL
 from arjuna_nav.costmap.layers.base import Input, Layer, Master, moved
 from arjuna_nav.costmap.window import Window
 
+_TURNED = 0.2  # a robot that turns by more is not stopped [rad]
+
 
 @dataclass(frozen=True)
 class ContactConfig:
@@ -133,8 +135,7 @@ class ContactLayer(Layer):
 
     def _is_at(self, since: SE2, pose: SE2) -> bool:
         turned = abs(wrap(pose.theta - since.theta))
-        # A robot that turns by more than 0.2 rad is not stopped.
-        return since.distance(pose) < self.config.moved_distance and turned < 0.2
+        return since.distance(pose) < self.config.moved_distance and turned < _TURNED
 
     def _ahead(self, T_global_base: SE2) -> Floats:
         """Return the strip ahead of the outline, as wide as that, `(N, 2)` points [m].

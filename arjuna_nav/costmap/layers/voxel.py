@@ -22,6 +22,7 @@ from arjuna_nav.costmap.raytrace import fill_polygon
 from arjuna_nav.costmap.window import Window
 
 _ALL = 15  # Nav2's unknown_threshold from which on a free cell is never unknown
+_MOST = 32  # bits of a column here
 VOXELS_SHOWN = 16
 """The lowest ones: a column's number in a VoxelGrid message has room for no more."""
 
@@ -65,8 +66,7 @@ class VoxelLayer(ObstacleLayer):
     @property
     def _column(self) -> tuple[int, int, int]:
         """Voxels above a cell, and how many may be marked or unknown in a free one."""
-        # A column has 32 bits.
-        count, unknown = min(self.config.z_voxels, 32), self.config.unknown_threshold
+        count, unknown = min(self.config.z_voxels, _MOST), self.config.unknown_threshold
         return count, self.config.mark_threshold, count if unknown >= _ALL else unknown
 
     def reconfigure(self, config: Any) -> None:

@@ -11,6 +11,10 @@ from numba import njit
 from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.se2 import SE2
 
+_BESIDE = 0.04  # from a point, where beams have to pass it as well [m]
+_SHARE = 0.25  # of a thing's points
+_SAME = 0.05  # that near ranges of one length are to each other [m]
+
 
 class Sightings(NamedTuple):
     """The last scans in turn, all as long.
@@ -84,7 +88,7 @@ def fill_in(scans: Sightings, number: int, ranges: Floats, limits: tuple[float, 
         if math.isnan(scans.first[i]):
             scans.first[i] = length
         if scans.strayed[i] < 3 and not math.isnan(length):
-            stays = abs(length - scans.first[i]) <= 0.05  # never of what has no end
+            stays = abs(length - scans.first[i]) <= _SAME  # never of what has no end
             scans.strayed[i] = 0 if stays else scans.strayed[i] + 1
 
 
@@ -117,7 +121,7 @@ def has_moved(
         2003.
     """
     come = _share(scans, now, beams_now, then)
-    return come >= 0.25 or _share(scans, then, beams_then, now) >= 0.25  # a quarter of its points
+    return come >= _SHARE or _share(scans, then, beams_then, now) >= _SHARE
 
 
 @njit(cache=True)
@@ -173,7 +177,7 @@ def is_free(scans: Sightings, number: int, point: Floats) -> bool:
     ranges = scans.ranges[number]
     round_it = 2.0 * math.pi / abs(step)
     middle = ((math.atan2(dy, dx) - theta - scans.angles[0]) / step) % round_it
-    beside = max(0.04 / max(away, 0.04) / abs(step), 1.0)  # 4 cm beside, too
+    beside = max(_BESIDE / max(away, _BESIDE) / abs(step), 1.0)
     for beam in range(math.floor(middle - beside), math.ceil(middle + beside) + 1):
         k = beam % round(round_it)
         # A beam that passed the point ends at least 0.1 m behind it.

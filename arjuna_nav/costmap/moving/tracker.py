@@ -23,6 +23,7 @@ from arjuna_nav.costmap.moving.speeds import KEPT, SPAN, go, latest
 
 REACH = 3.0  # from where somebody may be at a robot before it has stopped [m]
 HIDDEN = 1.5  # for which what moves is expected to move on where it is hidden [s]
+_LOST = 0.5  # after which a track ends [s]
 _MOST = 128  # tracks
 _RING = 8  # points that stand for what moves and is hidden
 
@@ -157,7 +158,7 @@ def _follow(
     """Give each thing to the nearest track or a new one, and fill the motions of its beams."""
     now, points = scans.stamps[number], scans.points[number]
     for track in range(_MOST):
-        lost = HIDDEN if going[track, :2].any() else 0.5  # [s]
+        lost = HIDDEN if going[track, :2].any() else _LOST
         if counts[track] and not 0.0 <= now - seen[track, latest(counts[track]), 0] <= lost:
             counts[track] = 0
     taken = np.zeros(_MOST, np.bool_)

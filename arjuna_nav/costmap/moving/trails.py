@@ -15,6 +15,9 @@ from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.window import Window, clipped
 
+_TRAIL = 0.9  # as long as a thing may have moved before that was known [s]
+_NOISE = 0.05  # beside a thing, where it may have been marked as well [m]
+
 
 @dataclass(frozen=True, eq=False)
 class Patch:
@@ -69,8 +72,9 @@ def free_trails(data: NDArray[Any], things: Floats, frame: GridFrame, free: int)
     """
     if not len(things):
         return None
-    # Where it was in the 0.9 s until it was known to move, and 5 cm beside.
-    row0, row1, column0, column1 = _erase(data, *_in_cells(things, 0.0, -0.9, 0.05, frame), free)
+    row0, row1, column0, column1 = _erase(
+        data, *_in_cells(things, 0.0, -_TRAIL, _NOISE, frame), free
+    )
     return (slice(row0, row1), slice(column0, column1)) if row0 < row1 else None
 
 

@@ -13,6 +13,8 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import TransformError
 from arjuna_nav.safety.posture import Posture
 
+_PERIOD = 0.1  # [s] from one reading to the next: an IMU sends a hundred and more a second
+
 
 class PostureWatch:
     """Listens to the IMU of a node's robot, in its `configure`.
@@ -44,8 +46,7 @@ class PostureWatch:
         return ""
 
     def _on_imu(self, message: Any) -> None:
-        # An IMU sends a hundred readings and more a second.
-        if 0.0 <= self._node.now - self._posture.felt_at < 0.1:
+        if 0.0 <= self._node.now - self._posture.felt_at < _PERIOD:
             return
         felt, frame = message.linear_acceleration, message.header.frame_id.lstrip("/")
         try:

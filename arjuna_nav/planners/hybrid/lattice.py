@@ -21,6 +21,7 @@ from arjuna_nav.planners.hybrid.moves import STEP, Moves
 from arjuna_nav.planners.hybrid.planner import PoseSearch
 from arjuna_nav.planners.hybrid.search import Rules, can_turn
 
+_DIRECTIONS = ((1, 0), (2, 1), (1, 1), (1, 2))  # and as many in each other quadrant
 _FARTHEST = 100.0  # that a piece of a file may lead [m]
 _LONGEST = 1000  # poses
 _LEAST = math.sqrt(2.0)  # so that a piece leaves its cell [cells]
@@ -81,8 +82,7 @@ def generated(radius: float) -> Lattice:
     From each of 16 headings the shortest straight, the shortest bends to the next headings that end
     in a cell's middle, and turns on the spot to these.
     """
-    # And as many in each other quadrant.
-    quadrant = [np.array(one) for one in ((1, 0), (2, 1), (1, 1), (1, 2))]
+    quadrant = [np.array(one) for one in _DIRECTIONS]
     turned = np.array([[0, -1], [1, 0]])
     directions = [np.linalg.matrix_power(turned, k) @ one for k in range(4) for one in quadrant]
     angles = np.array([math.atan2(y, x) for x, y in directions])

@@ -27,6 +27,9 @@ from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.relaxation import smoothed_poses
 from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
+_ENDLESS = 2**62
+_LEAD = 0.5  # longest stretch off what the outline touches [m]
+_FINEST = 4  # cells of the search along one of the costmap, for bends tighter than that
 _COSTS = np.arange(256)
 _SQUARES = (
     np.where(_COSTS < INSCRIBED, _COSTS**2 / (INSCRIBED - 1), _COSTS).round().astype(np.uint8)
@@ -54,8 +57,7 @@ class PoseSearch(abc.ABC):
         from cell to cell.
         """
         config = self._config
-        # [m] at most, off what the outline touches.
-        radius, reach = config.minimum_turning_radius, min(0.5, config.escape_radius)
+        radius, reach = config.minimum_turning_radius, min(_LEAD, config.escape_radius)
         lead = lead_out(start, costmap, self._footprint, radius, reach)
         begin, grid, costs = SE2.from_array(lead[-1]), self._grid(costmap), self._costs()
         found = nearby_first(lambda part: self._plan(part, begin, goal), grid, costs, begin, goal)
@@ -203,7 +205,7 @@ class PoseSearch(abc.ABC):
             config.analytic_expansion_ratio,
             config.analytic_expansion_max_length / resolution,
             config.analytic_expansion_max_cost,
-            config.max_iterations if config.max_iterations > 0 else 2**62,
+            config.max_iterations if config.max_iterations > 0 else _ENDLESS,
             config.heuristic_weight,
             spins=False,
             turn=0.0,
@@ -278,8 +280,7 @@ class Hybrid(PoseSearch):
             squared = int(_SQUARES[costmap.circumscribed_cost])
             costmap = replace(costmap, data=_SQUARES[costmap.data], circumscribed_cost=squared)
         radius = self._config.minimum_turning_radius / costmap.frame.resolution
-        # For tighter bends up to four cells of the search lie along one of the costmap.
-        needed = math.ceil(1.0 / max(radius, 1.0 / 4) - 1e-9)
+        needed = math.ceil(1.0 / max(radius, 1.0 / _FINEST) - 1e-9)
         # The finer grid has at most 4096 x 4096 cells.
         return finer(costmap, min(needed, math.isqrt(4096 * 4096 // costmap.data.size)))
 

@@ -27,6 +27,9 @@ from arjuna_nav.planners.pose_table import (
 )
 
 _SPIN = 32  # poses of half a turn on the spot that are looked at for collisions
+_LONGER = 8.4  # turning radii at most by which Dubins' curve is longer than the straight line
+
+_LONGER_REVERSE = math.pi + 1e-6  # and Reeds and Shepp's, which all but turns on the spot
 
 
 class Terrain(NamedTuple):
@@ -227,9 +230,7 @@ def _cost_to_go(pose: Floats, goal: Floats, terrain: Terrain, rules: Rules) -> f
         return by_costs
     dx, dy = (goal[0] - pose[0]) / rules.radius, (goal[1] - pose[1]) / rules.radius
     unit = rules.radius * rules.straight
-    # In radii, by which Dubins' curve is longer than the straight line; Reeds and Shepp's all but
-    # turns on the spot.
-    longer, enough = math.pi + 1e-6 if rules.reverse else 8.4, by_costs / unit
+    longer, enough = _LONGER_REVERSE if rules.reverse else _LONGER, by_costs / unit
     if enough >= math.hypot(dx, dy) + longer or max(abs(dx), abs(dy)) > rules.bends_within:
         return by_costs
     c, s = math.cos(pose[2]), math.sin(pose[2])

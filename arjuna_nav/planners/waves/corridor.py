@@ -16,6 +16,7 @@ from arjuna_nav.planners.waves.potential import EVERYWHERE, NEUTRAL, wavefront
 T = TypeVar("T")
 
 _FINE, _COARSE = 2, 3  # cells of 4 x 4 of the map's, and before of 8 x 8 where they may lie
+_BLOCKED = 60  # added to a coarse cell's value by the share that is blocked: paths bend round it
 _DOUBTFUL = 1.1  # a path costlier than estimated by this factor may not be the best
 _ONE = np.uint32(1 << 16)  # cell, in a sum of values
 
@@ -191,8 +192,7 @@ def _pooled(sums: NDArray[np.int32], size: int) -> Bytes:
         for column in range(width):
             total, count = sums[0, row, column], sums[1, row, column]
             if count > 0:
-                # Paths bend round what is partly blocked.
-                blocked = 60 - 60 * count // (size * size)
+                blocked = _BLOCKED - _BLOCKED * count // (size * size)
                 result[row, column] = min(total // count + blocked, INSCRIBED - 1)
     return result
 

@@ -18,7 +18,10 @@ EVERYWHERE: Bools = np.empty((0, 0), np.bool_)
 NEUTRAL = 50.0  # COST_NEUTRAL and COST_FACTOR of nav2_navfn_planner
 COST_FACTOR = 0.8
 _BAND = np.float32(2.0 * NEUTRAL)  # priInc of nav2_navfn_planner
+_SETTLED = (1.0, 2.0 * NEUTRAL)  # the gradient at the target looks two cells about it
+_LEAST_GAIN = np.float32(0.5)  # of a cell's cost, by which a neighbour has to be lower
 _INF = np.float32(np.inf)
+_C0, _C1, _C2 = np.float32(0.7040), np.float32(0.5307), np.float32(0.2301)
 _QUEUED = np.uint8(LETHAL)
 _NOWHERE = (-1, -1)
 _Beside = tuple[np.float32, np.float32, np.float32, np.float32]
@@ -52,7 +55,7 @@ def wavefront(
     target: tuple[int, int] = _NOWHERE,
     corridor: Bools = EVERYWHERE,
     shift: int = 0,
-    beyond: tuple[float, float] = (1.0, 2.0 * NEUTRAL),
+    beyond: tuple[float, float] = _SETTLED,
 ) -> Singles:
     """Return the potential of each cell: the cost to reach it from the nearest seed.
 
@@ -137,7 +140,7 @@ def _expand(
     The queues hold the cells of this round, of the next round of the band, and of later bands.
     `seen` holds `cells` with the queued ones closed.
     """
-    row, none, least = np.uint32(width), np.uint32(0), costs * np.float32(0.5)
+    row, none, least = np.uint32(width), np.uint32(0), costs * _LEAST_GAIN
     now, following, later = queues[0], queues[1], queues[2]
     count, n_next, n_later = none, none, none
     potential[seeds] = values
@@ -181,9 +184,7 @@ def _fit(beside: _Beside, cost: np.float32) -> np.float32:
     across, along = min(beside[0], beside[1]), min(beside[2], beside[3])
     low, difference = min(across, along), abs(across - along)
     ratio = difference / cost
-    # nav2_navfn_planner's parabola
-    rise = np.float32(0.5307) - np.float32(0.2301) * ratio
-    value: np.float32 = low + cost * (np.float32(0.7040) + ratio * rise)
+    value: np.float32 = low + cost * (_C0 + ratio * (_C1 - _C2 * ratio))
     return value if difference < cost else low + cost
 
 

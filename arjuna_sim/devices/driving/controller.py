@@ -14,6 +14,7 @@ from arjuna_sim.model.settings import DriveSettings
 ASSUMED = 1.0
 """Period of a sender of whom one command is known: `ros2 topic pub`'s default [s]."""
 _LATE = 1.5  # of its period: a command ends where the next one is so late
+_KEPT, _RANK = 9, 3  # gaps: of three senders that take turns a third are long
 _STILL = Velocity()
 
 
@@ -50,8 +51,7 @@ class CommandHold:
 
     def reset(self) -> None:
         """Forget all commands."""
-        # Of three senders that take turns a third are long.
-        self._gaps: deque[float] = deque(maxlen=9)
+        self._gaps: deque[float] = deque(maxlen=_KEPT)
         self._last = self._ends = -math.inf
         self._room, self._assumed = 0.0, ASSUMED
 
@@ -63,7 +63,7 @@ class CommandHold:
             self._assumed = gap if 0.0 < gap <= limits.longest else ASSUMED
         else:
             self._gaps.append(gap)
-        period = sorted(self._gaps or [self._assumed])[-3:][0]
+        period = sorted(self._gaps or [self._assumed])[-_RANK:][0]
         hold = max(limits.least, min(_LATE * period, limits.longest))
         if limits.is_fixed or not limits.least:
             hold = limits.least or math.inf

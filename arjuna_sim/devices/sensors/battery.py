@@ -11,6 +11,8 @@ from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import flag, texts
 from arjuna_sim.model.settings import SensorSettings, reads
 
+_STEP = 1.0  # of the sum over time, at most [s]
+_MOVES = 0.02  # speed from which a robot moves, or turns [m/s or rad/s]
 _FULL = 0.9  # of its capacity: gz-sim charges no more from there on
 
 
@@ -152,11 +154,11 @@ class Battery(StaticDevice):
         """Return its state at a time [s]."""
         if now < self._now:
             self._restart()
-        self.drains = self.drains or float(abs(data.cvel[self._body]).max()) >= 0.02
+        self.drains = self.drains or float(abs(data.cvel[self._body]).max()) >= _MOVES
         if not (self.drains or self.charges):
             self._now = now
         while now - self._now > 1e-9:
-            self._draw(min(now - self._now, 1.0))
+            self._draw(min(now - self._now, _STEP))
         percentage = self._charge / self._settings.capacity
         return Charge(self._voltage, self._current, self._charge, percentage, self._supply())
 

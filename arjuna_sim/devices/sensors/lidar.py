@@ -17,6 +17,7 @@ from arjuna_sim.model.urdf import Urdf
 _BEAMS_MAX = 100_000  # of a lidar, so that a hostile file cannot stop the simulation
 _RANGE_MAX = 10_000.0  # [m]
 _CLOUD = ("pointcloud", "velodyne", "blocklaser", "ouster", "livox")
+_SEES = (16, math.pi / 3)  # samples and angle from which a lidar shows the surroundings
 _SONAR_RAYS = 9  # along each side of a sonar's cone
 _CONE = math.radians(31.0)  # the widest of what measures one range: sonars have 15 to 30 degrees
 _LEVEL, _TILTED = math.radians(15.0), math.radians(45.0)
@@ -186,9 +187,7 @@ def _tilt(urdf: Urdf, sensor: SensorSettings) -> float:
 
 def _chosen(sensors: Sequence[SensorSettings]) -> LidarSettings | None:
     planar = [s for s in sensors if type(s) is LidarSettings and s.samples > 1]
-    # With less a lidar does not show the surroundings.
-    least = math.pi / 3
-    wide = [s for s in planar if s.samples >= 16 and s.angle_max - s.angle_min >= least]
+    wide = [s for s in planar if s.samples >= _SEES[0] and s.angle_max - s.angle_min >= _SEES[1]]
     if wide:
         return wide[0]
     clouds = [s for s in sensors if type(s) is CloudSettings]

@@ -34,6 +34,7 @@ _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 _GROUND = 1.0  # friction of a ground that names none, in SDF: the lower of two holds
+_PULLED = 2.0  # the weight that motors without a torque pull, `torque_of`: more friction holds them
 
 
 def complete_shapes(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -189,8 +190,7 @@ def friction_of(
             friction[name] = _GRIP
     if not wheels:
         return friction
-    # Motors without a torque pull twice the weight (`torque_of`): more friction holds them.
-    held = sorted(name for name in wheels if friction.get(name, 0.0) > 2.0)
+    held = sorted(name for name in wheels if friction.get(name, 0.0) > _PULLED)
     slides = drive.kind is DriveKind.SIDES and _turns_by_sliding(urdf, drive)
     if held and (slides or drive.steering):
         xml.note(

@@ -31,6 +31,7 @@ _SPREAD = (
 _STEERS = re.compile(r"steer|swerve|azimuth|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
 _UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
+_LIMITS = (0.05, 1.4)  # of what steering about one centre can do [rad]
 _QUARTER = math.pi / 2 - 0.02  # of a turn; wheels that are steered so far point in any direction
 _OTHERWISE = {
     DriveKind.MECANUM: "it has no four mecanum wheels at four corners",
@@ -178,8 +179,7 @@ def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettin
         right=sides[1],
         kind=DriveKind.SWERVE if swerves else DriveKind.STEERED,
         steering=steering,
-        # about one centre
-        steering_limit=limit if swerves else float(np.clip(limit, 0.05, 1.4)),
+        steering_limit=limit if swerves else float(np.clip(limit, *_LIMITS)),
         free=free,
     )
 

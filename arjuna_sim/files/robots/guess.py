@@ -26,6 +26,7 @@ _WHEEL = re.compile(r"wheel|tire|tyre|track|rueda|roue|rad_", re.I)
 _LEFT = re.compile(r"left|(^|_)(l|fl|rl|bl|ml|lf|lr|lb)(_|\d|$)", re.I)
 _RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
 # Tried on the robots of tests/sim/files/test_robots.py and on ten public ones.
+_UPRIGHT = 0.9  # least part along z of the axis of a wheel that lies on its side
 _TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
 _NONE: Set[str] = frozenset()
 
@@ -54,7 +55,7 @@ def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> Drive
     if (found := guessed_wheels(xml, urdf, controlled)) is not None:
         return found
     xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
-    lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > 0.9]
+    lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > _UPRIGHT]
     if lying:
         xml.note(f"{', '.join(lying)}: turn about the vertical, as no wheel does that drives")
     return NO_DRIVE

@@ -20,6 +20,7 @@ from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import axis, center, radius_of
 
 _ACROSS = 0.5  # least part of that line along y, or greatest along z: within 60 degrees
+_UPRIGHT = 0.995  # least part of a root's z axis along its model's: within 6 degrees
 _STANDS_OUT = 0.005  # from which one side counts as lower than another; files round to mm [m]
 _NAMES = ("base_footprint", "base_upright", "base_standing")
 
@@ -30,7 +31,7 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
     So does one whose root leans in its SDF model.
     """
     rows = tags.T_model.rotation()
-    if rows[2, 2] < 0.995:  # within 6 degrees
+    if rows[2, 2] < _UPRIGHT:
         urdf = _turned(xml, urdf, rows, f"link '{urdf.root}' leans in its model")
     left, right = _named_sides(tags, urdf) or guess_sides(xml, urdf, tags.controlled)
     if not left or not right:

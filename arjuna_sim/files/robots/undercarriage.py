@@ -36,6 +36,10 @@ from arjuna_sim.model.urdf import Joint, Link, Urdf
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, effective_track, wheel_separation
 
 _LEVEL = 0.01  # wheels that are higher than the lowest one by more meet no ground [m]
+_TOUCH = 0.001  # of those, the ones that bear it on level ground [m]
+_UNLIKE = 0.05  # part of the tracks' separation from which on the file contradicts the links
+_WHEELS_MAX = 8  # of a track
+_MASS = 0.01  # of each wheel, of the robot's
 _ACROSS = Pose3.from_rpy((0.0, 0.0, 0.0), (math.pi / 2, 0.0, 0.0))  # a cylinder's axis along y
 
 
@@ -132,7 +136,7 @@ def _separation(xml: XmlFile, plugins: Iterable[Element], seen: float) -> float:
         if drive_kind(plugin) is DriveKind.TRACKED:
             label = f"plugin '{plugin.get('name')}'"
             said = value(xml, plugin, label, seen, "tracksseparation")
-            if abs(said - seen) > 0.05 * seen:
+            if abs(said - seen) > _UNLIKE * seen:
                 tracks = f"tracks_separation is {said:g}, but the tracks are {seen:g} apart"
                 xml.note(f"{label}: {tracks}: it drives by that")
     return said
@@ -141,7 +145,7 @@ def _separation(xml: XmlFile, plugins: Iterable[Element], seen: float) -> float:
 def _bearing(urdf: Urdf, side: tuple[str, ...]) -> tuple[str, ...]:
     """Return those of a side's wheels, all of one size, that stand lowest and bear the robot."""
     heights = {name: float(center(urdf, name)[2]) for name in side}
-    return tuple(name for name in side if heights[name] < min(heights.values()) + 0.001)  # [m]
+    return tuple(name for name in side if heights[name] < min(heights.values()) + _TOUCH)
 
 
 def on_rollers(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, DriveSettings | None]:
@@ -201,8 +205,7 @@ def _row(urdf: Urdf, link: str) -> list[_Wheel]:
     found = sorted(set(ends))
     row = found[:1]
     for a, b in itertools.pairwise(found):
-        # Eight wheels at most.
-        gaps = max(1, min(8, math.ceil((b[0] - a[0]) / max(a[2] + b[2], 1e-3))))
+        gaps = max(1, min(_WHEELS_MAX, math.ceil((b[0] - a[0]) / max(a[2] + b[2], 1e-3))))
         row += [tuple(np.add(a, np.subtract(b, a) * (i + 1) / gaps).tolist()) for i in range(gaps)]
     return [_Wheel((x, y, z), radius, width) for x, z, radius in row]
 
@@ -220,7 +223,7 @@ def _with_wheels(
     for i, wheel in enumerate(wheels):
         name = f"{parent}/wheel_{i}"
         part = Part(Shape(Kind.CYLINDER, (wheel.radius, wheel.width)), _ACROSS)
-        mass = max(0.01 * urdf.mass, 1e-3)
+        mass = max(_MASS * urdf.mass, 1e-3)
         links[name] = Link(name, inertial_of_parts([part], mass), (part,), ())
         T = T_parent_root @ Pose3(wheel.middle)
         joints[name] = Joint(name, "continuous", parent, name, T, (0.0, 1.0, 0.0), max_speed=most)

@@ -17,8 +17,10 @@ PIECES_MAX = 5000
 """Greatest number of pieces of a fast mesh: beyond, a scene takes seconds to compile."""
 PIECES_OF_MOVING = 24
 """The same of a mesh that can be pushed: each may touch the ground in four points."""
+_DEPTH = 0.05  # of the slab behind a face: stops what is slower than 12 m/s at 4 ms a step [m]
 _SHEET = 1.5e-3  # that of a face behind which there is nothing [m]
 _FLAT = 1e-3  # MuJoCo refuses meshes without volume [m]
+_TESTS = 20_000_000  # of points against a hull's planes at the most: a second
 _SLIVER = 1e-5  # the height of a face that is not felt [m]
 _OFF = (2e-3, 1e-2)  # how deep hollows may be that are filled, if it makes few enough pieces [m]
 CUBE = np.array([[x, y, z] for x in (-1, 1) for y in (-1, 1) for z in (-1, 1)])
@@ -155,8 +157,7 @@ class _Body:
         if not self._is_closed or not len(self._hollows):
             return self._is_closed
         planes = ConvexHull(self.hull).equations
-        # 2e7 tests of points against planes at the most: a second.
-        points = self._hollows[:: 1 + len(self._hollows) * len(planes) // 20_000_000]
+        points = self._hollows[:: 1 + len(self._hollows) * len(planes) // _TESTS]
         for some in np.array_split(points, 1 + len(points) * len(planes) // 1_000_000):
             if np.any(np.max(some @ planes[:, :3].T + planes[:, 3], axis=1) < -off):
                 return False
@@ -193,8 +194,7 @@ class _Body:
         """The solids behind the levels, as deep as the body is there, `(M, 3)` [m]."""
         depth = np.full(self.triangles.shape[:2], _SHEET)
         if self._is_closed:
-            # 5 cm stop what is slower than 12 m/s at 4 ms a step.
-            depth = depths(self.triangles, self._normals, 0.05)
+            depth = depths(self.triangles, self._normals, _DEPTH)
             depth[depth.max(axis=1) < _FLAT] = _FLAT
         backs = self.triangles - depth[..., None] * self._normals[:, None]
         found = []

@@ -10,6 +10,7 @@ from scipy.sparse.csgraph import breadth_first_order, connected_components
 from arjuna_core.arrays import Bools, Floats, Ints
 
 _Triple = tuple[float, float, float]
+_CORNER = 0.998  # of the way from a face's middle to its corner the ray of that corner begins
 
 
 def groups(labels: Ints) -> list[Ints]:
@@ -85,8 +86,7 @@ def depths(triangles: Floats, normals: Floats, most: float) -> Floats:
         most: What is deeper counts as so deep [m].
     """
     middle = triangles.mean(axis=1, keepdims=True)
-    # The rays of the corners begin just within.
-    starts = np.concatenate((middle + 0.998 * (triangles - middle), middle), axis=1)
+    starts = np.concatenate((middle + _CORNER * (triangles - middle), middle), axis=1)
     low, high = triangles.min(axis=1), triangles.max(axis=1)
     axis = int(np.argmax(np.ptp(middle[:, 0], axis=0)))
     order = np.argsort(low[:, axis], kind="stable")

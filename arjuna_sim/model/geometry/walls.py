@@ -14,6 +14,8 @@ from arjuna_sim.model.geometry.shapes import Kind, Part, circle, corners
 from arjuna_sim.model.world import World
 
 _EMPTY = np.zeros((0, 4))
+_CELL, _CELLS_MAX = 0.05, 600  # of the grid that walls are drawn on [m], and along each side
+_NEAR, _EACH = 3000, 10  # cells inside that are looked at, and every how many-th
 
 
 def surfaces(world: World, height: float) -> Floats:
@@ -114,7 +116,7 @@ class Enclosure:
     def nearest_inside(self, x: float, y: float) -> Floats:
         """Return some points inside, the nearest to a point [m] first, `(N, 2) float64` [m]."""
         points = (np.argwhere(self.inside)[:, ::-1] + 0.5) * self.cell + self.origin
-        nearest = np.argsort(np.hypot(*(points - (x, y)).T), kind="stable")[:3000:10]
+        nearest = np.argsort(np.hypot(*(points - (x, y)).T), kind="stable")[:_NEAR:_EACH]
         return points[nearest]
 
 
@@ -129,7 +131,7 @@ def enclosure_of(segments: Floats, radius: float) -> Enclosure | None:
         return None
     points = segments.reshape(-1, 2)
     size = np.ptp(points, axis=0)
-    cell = max(0.05, float(size.max()) / 600)  # [m], and cells along each side
+    cell = max(_CELL, float(size.max()) / _CELLS_MAX)
     # Three free cells lie outside the walls, all around.
     margin = radius + 3 * cell
     origin = points.min(axis=0) - margin

@@ -20,6 +20,8 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import transforms_msg
 from arjuna_sim.processing.madgwick import UP, MadgwickFilter, orientation, quaternion_of, rotation
 
+_GRAVITY = 9.81  # [m/s^2] as imu_filter_madgwick has it
+
 
 @dataclass(frozen=True)
 class ImuFilterConfig:
@@ -120,8 +122,7 @@ class ImuFilterNode(ManagedNode):
         message.orientation = pose3_msg(pose).orientation
         message.orientation_covariance = np.eye(3).ravel() * config.orientation_stddev**2
         if config.remove_gravity_vector:
-            # [m/s^2] as imu_filter_madgwick has it.
-            rest = rotation(quaternion).T @ np.array(UP[config.world_frame]) * 9.81
+            rest = rotation(quaternion).T @ np.array(UP[config.world_frame]) * _GRAVITY
             felt = message.linear_acceleration
             felt.x, felt.y, felt.z = (acceleration - rest).tolist()
         self._out.publish(message)

@@ -14,6 +14,8 @@ from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.processing.joystick import Device, Gamepad, deflected, device_path
 
+_POLL = 0.01  # [s] from one look at the device to the next: the period of the system's clock
+
 
 @dataclass(frozen=True)
 class JoyConfig:
@@ -46,7 +48,7 @@ class JoyNode(ManagedNode):
         self._pad = Gamepad(config.deadzone, config.sticky_buttons)
         self._published = 0.0
         self._out = self.publisher(Joy, "joy", qos.DEFAULT)
-        self.every(max(0.01, config.coalesce_interval_ms / 1000.0), self._poll)  # [s]
+        self.every(max(_POLL, config.coalesce_interval_ms / 1000.0), self._poll)
         self._poll()
         if not self._device.is_open:
             self.get_logger().warning(f"there is no gamepad at {path}; it is looked for again")

@@ -16,6 +16,7 @@ from arjuna_sim.nodes.messages import WORLD
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _TOPICS = "gazebo/model_states", "model_states"
+_PERIOD = 0.1  # [s]; most worlds that have the plug-in ask for 10 Hz
 
 
 class StatesOfModels:
@@ -30,7 +31,7 @@ class StatesOfModels:
         self._node, self._known, self._answers = node, known, answers
         self._out: dict[str, Any] = {}
         if node.transport is None:  # else nobody listens but nodes of this process
-            node.every(0.1, self._publish)  # [s]; most worlds that have the plug-in ask for 10 Hz
+            node.every(_PERIOD, self._publish)
         node.keep(self)
 
     def message(self) -> ModelStates:

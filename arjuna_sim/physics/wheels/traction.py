@@ -11,6 +11,7 @@ from arjuna_sim.model.world import GRAVITY
 
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
+_SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
 
 
 @dataclass(frozen=True)
@@ -65,7 +66,7 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     contacts, loads = _loaded_contacts(contacts, weight)
     if not contacts.drives.any():
         return LEAST
-    if np.ptp(contacts.positions[:, 0]) < 1e-3:  # [m]
+    if np.ptp(contacts.positions[:, 0]) < _SPREAD:
         return np.inf
     lean = _shares(contacts) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
     # [m/s^2] A foot that carries next to nothing may leave the ground.

@@ -34,6 +34,11 @@ from arjuna_sim.physics.wheels.traction import (
 
 STICTION = 1e6
 """Damping along the ground, by the normal damping (MuJoCo's `impratio`)."""
+_CASTER_DAMPING, _DAMPING_BY_FRICTION = (
+    0.7,
+    0.03,
+)  # the same of casters, at most, and by their friction
+_LEAST, _MOST = 1e-4, 0.9999  # of MuJoCo's impedance
 
 
 @dataclass(frozen=True)
@@ -106,7 +111,7 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     for geom in casters:
         _crown(model, data, geom)
         friction = max(float(model.geom_friction[geom, 0]), 1e-3)
-        _set_contact(model, geom, load, sag, min(0.7, 0.03 / friction))
+        _set_contact(model, geom, load, sag, min(_CASTER_DAMPING, _DAMPING_BY_FRICTION / friction))
     sunk = [low + sag * (geom in wheels) for geom, low in lowest.items()]
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
@@ -183,7 +188,7 @@ def _set_contact(model: Any, geom: int, load: float, sag: float, share: float) -
     k = regularization * load * GRAVITY / sag
     inverse_mass = float(model.body_invweight0[model.geom_bodyid[geom], 0])
     impedance = 1.0 / (1.0 + regularization / max(inverse_mass, mujoco.mjMINVAL))
-    impedance = float(np.clip(impedance, 1e-4, 0.9999))  # MuJoCo's bounds
+    impedance = float(np.clip(impedance, _LEAST, _MOST))
     model.geom_solimp[geom, :2] = impedance
     model.geom_solref[geom] = (-k * impedance, -b * impedance)
 

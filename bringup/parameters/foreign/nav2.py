@@ -19,6 +19,7 @@ _OLDER = _TABLES["older"]
 _DWB = "dwb_core::DWBLocalPlanner"
 _BACKWARD = ".allow_backward"
 _FADING = "spatio_temporal_voxel_layer"
+_PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
 LATER_CLASSES = frozenset(_TABLES["later"].split())
 _CRITICS = frozenset(_TABLES["critics"].split())
 
@@ -93,7 +94,7 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
             value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
             value = value if today == key else [value]
         if node == "velocity_smoother" and isinstance(value, list) and len(value) == 6:
-            value = [value[at] for at in (0, 1, 5)]  # of x, y, z, roll, pitch, yaw
+            value = [value[at] for at in _PLANAR]
         if key.endswith(".input_sensor_type"):
             value = str(value).upper()  # as Nav2 reads it
         if isinstance(value, str):

@@ -6,12 +6,14 @@ from std_msgs.msg import String
 
 from bringup.ros2.client import Client
 
+_PERIOD, _DEPTH = 1.0, 10  # [s], as the original's
+
 
 def talk(words: list[str]) -> None:
     """Publish a greeting each second."""
     with Client(name="talker") as client:
         node = client.node
-        publisher = node.create_publisher(String, "chatter", 10)
+        publisher = node.create_publisher(String, "chatter", _DEPTH)
         count = 0
 
         def say() -> None:
@@ -21,7 +23,7 @@ def talk(words: list[str]) -> None:
             node.get_logger().info(f"Publishing: '{message.data}'")
             publisher.publish(message)
 
-        node.create_timer(1.0, say)
+        node.create_timer(_PERIOD, say)
         client.pause()
 
 
@@ -33,5 +35,5 @@ def listen(words: list[str]) -> None:
         def heard(message: String) -> None:
             node.get_logger().info(f"I heard: [{message.data}]")
 
-        node.create_subscription(String, "chatter", heard, 10)
+        node.create_subscription(String, "chatter", heard, _DEPTH)
         client.pause()

@@ -19,11 +19,12 @@ from arjuna_core.ros.convert import seconds
 from bringup.ros2.client import Client
 
 _PERIOD, _STEP = 10.0, 0.5  # [s] between reports, and between looks at a chain
+_KEPT = 1000
 _NOBODY = "<no authority available>"
 
 
 def _recent() -> deque[float]:
-    return deque(maxlen=1000)
+    return deque(maxlen=_KEPT)
 
 
 @dataclass

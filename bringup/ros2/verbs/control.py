@@ -14,12 +14,14 @@ from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import LAUNCHED
 
+_PATIENCE, _STARTING = 10.0, 60.0  # [s] for a manager, and for one that a launch file starts
+
 
 class Manager:
     """The services of a controller_manager, waited for up to a time-out [s]."""
 
     def __init__(
-        self, client: Client, arguments: argparse.Namespace, timeout: float = 10.0
+        self, client: Client, arguments: argparse.Namespace, timeout: float = _PATIENCE
     ) -> None:
         self._client, self._timeout = client, timeout
         self._name = arguments.controller_manager
@@ -84,8 +86,7 @@ class Manager:
 
 def _managed(verb: Callable[[Manager, argparse.Namespace], None]) -> Callable[..., None]:
     def run(arguments: argparse.Namespace) -> None:
-        # a manager that a launch file starts takes its time
-        patience = 60.0 if LAUNCHED in os.environ else 10.0
+        patience = _STARTING if LAUNCHED in os.environ else _PATIENCE
         with Client(arguments) as client:
             verb(Manager(client, arguments, patience), arguments)
 

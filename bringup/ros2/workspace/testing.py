@@ -25,6 +25,7 @@ from bringup.ros2.workspace.cmake import read_cmake
 from bringup.ros2.workspace.packages import SITE, Package
 
 _LINTERS = re.compile(r"^\s*(?:from|import) (ament_\w+)", re.MULTILINE)
+_NO_TESTS = 5  # pytest's exit code
 _SOURCED = '[ -f "$0" ] && . "$0"; exec "$@"'
 
 
@@ -120,8 +121,7 @@ def _run(test: _Program, folder: Path, setup: Path) -> bool:
     except subprocess.TimeoutExpired:
         print(f"test '{test.name}' did not end within {test.timeout:g} s", file=sys.stderr)
         return False
-    # 5 is pytest's code where there are no tests.
-    return done.returncode in (0, 5 if "pytest" in test.command else 0)
+    return done.returncode in (0, _NO_TESTS if "pytest" in test.command else 0)
 
 
 def show_results(arguments: argparse.Namespace) -> int:

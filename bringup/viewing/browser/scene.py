@@ -28,6 +28,7 @@ from bringup.viewing.drawing.values import (
 )
 
 _WORLD = "/world"
+_FLOOR = 0.02  # above the map
 
 
 class Scene:
@@ -129,7 +130,7 @@ class Scene:
                 continue
             pose = pose @ drawing.pose @ _inside(drawing)
             if isinstance(drawing, Points) and drawing.floor:
-                pose = Pose3((*pose.position[:2], 0.02), pose.quaternion)  # [m] above the map
+                pose = Pose3((*pose.position[:2], _FLOOR), pose.quaternion)
             put(handle, pose)
             if key in self._unplaced:
                 self._unplaced.discard(key)

@@ -21,9 +21,10 @@ from bringup.viewing.drawing.messages import frame_of, pose3
 from bringup.viewing.drawing.solids import arrow_pose, solids
 from bringup.viewing.drawing.values import Axes, Drawing, Label, Model, Parts, Points, Segments
 
-# visualization_msgs/Marker's types
+# visualization_msgs/Marker's types and actions
 _ARROW, _CUBE, _SPHERE, _CYLINDER, _LINE_STRIP, _LINE_LIST = range(6)
 _CUBE_LIST, _SPHERE_LIST, _POINTS, _TEXT, _MESH, _TRIANGLES, _ARROW_STRIP = range(6, 13)
+_ADD, _DELETE, _DELETE_ALL = 0, 2, 3
 _SHAPES = {_CUBE: "box", _SPHERE: "sphere", _CYLINDER: "cylinder"}
 _LISTS = {_CUBE_LIST: "box", _SPHERE_LIST: "sphere"}
 
@@ -75,11 +76,11 @@ class MarkerArray(Display):
         hidden = self.config.namespaces.split(";") if self.config.namespaces else ()
         for marker in getattr(message, "markers", (message,)):
             key = marker.ns, marker.id
-            if marker.action == 3:  # visualization_msgs/Marker's DELETEALL
+            if marker.action == _DELETE_ALL:
                 self._kept = {
                     k: v for k, v in self._kept.items() if marker.ns and k[0] != marker.ns
                 }
-            elif marker.action == 2:  # DELETE
+            elif marker.action == _DELETE:
                 self._kept.pop(key, None)
             elif marker.ns not in hidden:
                 self._kept[key] = _read(marker)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from bringup.viewing.displays.base import DisplaySpec as Spec
 
+_PLAN, _LOCAL_PLAN = (20, 160, 60), (30, 110, 240)
+
 STANDARD = (
     Spec("RobotModel", "Robot"),
     Spec("Map", "Map"),
@@ -20,8 +22,8 @@ STANDARD = (
     Spec("ParticleCloud", "Particles"),
     Spec("PoseWithCovariance", "AMCL's pose", "amcl_pose"),
     Spec("PoseWithCovariance", "SLAM's pose", "pose"),
-    Spec("Path", "Global path", "plan", True, {"color": (20, 160, 60)}),
-    Spec("Path", "Local path", "local_plan", True, {"color": (30, 110, 240)}),
+    Spec("Path", "Global path", "plan", True, {"color": _PLAN}),
+    Spec("Path", "Local path", "local_plan", True, {"color": _LOCAL_PLAN}),
     Spec("MarkerArray", "Trajectories weighed (MPPI)", "trajectories", False),
     Spec("MarkerArray", "Trajectories weighed (DWB)", "marker", False),
     Spec("Pose", "Goal", "goal_pose"),

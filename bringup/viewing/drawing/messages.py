@@ -17,6 +17,7 @@ from bringup.viewing.drawing.values import Arrows, Colour, Drawing, Floats, Grid
 
 _SCAN, _GOAL, _BELIEF = (230, 30, 30), (220, 40, 180), (150, 60, 200)
 _PLAN, _LOCAL_PLAN, _OUTLINE = (20, 160, 60), (30, 110, 240), (90, 90, 90)
+_PARTICLES = (70, 170, 60)
 _PARTICLE = np.dtype([("position", "<3f8"), ("quaternion", "<4f8"), ("weight", "<f8")])
 
 
@@ -118,7 +119,7 @@ def _poses(topic: str, message: Any) -> Drawing:
 
 def _particles(topic: str, data: bytes) -> Drawing:
     frame, rows = particles_from_cdr(data)
-    return _arrows(frame.lstrip("/"), rows, 0.12, (70, 170, 60))
+    return _arrows(frame.lstrip("/"), rows, 0.12, _PARTICLES)
 
 
 def _arrows(frame: str, rows: NDArray[np.float64], length: float, colour: Colour) -> Drawing:

@@ -15,6 +15,11 @@ from arjuna_core.grid import OccupancyGrid
 MAX_TEXTURE = 4096
 """The edge of a texture that every browser's WebGL takes [pixels]; larger grids are thinned."""
 
+# glTF 2.0, sections 4.4 and 5, after OpenGL
+_GLB, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
+_NEAREST, _CLAMP = 9728, 33071
+_FLOAT, _SHORT, _TRIANGLES = 5126, 5123, 4
+
 
 def map_glb(grid: OccupancyGrid, width: float, height: float) -> bytes:
     """Return a map in RViz's colours as a rectangle of a size [m], binary glTF.
@@ -84,28 +89,25 @@ def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
     head = _document(views, len(binary), [float(width), float(height), 0.0])
     text = json.dumps(head, separators=(",", ":")).encode()
     text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<I4s", len(text), b"JSON") + text
-    chunks += struct.pack("<I4s", len(binary), b"BIN") + binary
-    return struct.pack("<4sII", b"glTF", 2, 12 + len(chunks)) + chunks
+    chunks = struct.pack("<II", len(text), _JSON) + text
+    chunks += struct.pack("<II", len(binary), _BIN) + binary
+    return struct.pack("<III", _GLB, 2, 12 + len(chunks)) + chunks
 
 
 def _document(views: list[dict[str, int]], length: int, far: list[float]) -> dict[str, object]:
-    """Return the JSON of a rectangle's glTF, whose far corner is at `far` [m].
-
-    Source: glTF 2.0, sections 4.4 and 5; its numbers are OpenGL's.
-    """
+    """Return the JSON of a rectangle's glTF, whose far corner is at `far` [m]."""
     material = {
         "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0},
         "extensions": {"KHR_materials_unlit": {}},
         "alphaMode": "OPAQUE",
         "doubleSided": True,
     }
-    vertices = {"componentType": 5126, "count": 4}  # float
+    vertices = {"componentType": _FLOAT, "count": 4}
     primitive = {
         "attributes": {"POSITION": 0, "TEXCOORD_0": 1},
         "indices": 2,
         "material": 0,
-        "mode": 4,  # triangles
+        "mode": _TRIANGLES,
     }
     return {
         "asset": {"version": "2.0"},
@@ -116,13 +118,14 @@ def _document(views: list[dict[str, int]], length: int, far: list[float]) -> dic
         "meshes": [{"primitives": [primitive]}],
         "materials": [material],
         "textures": [{"source": 0, "sampler": 0}],
-        # nearest, and clamped to the edge
-        "samplers": [{"magFilter": 9728, "minFilter": 9728, "wrapS": 33071, "wrapT": 33071}],
+        "samplers": [
+            {"magFilter": _NEAREST, "minFilter": _NEAREST, "wrapS": _CLAMP, "wrapT": _CLAMP}
+        ],
         "images": [{"bufferView": 3, "mimeType": "image/png"}],
         "accessors": [
             {**vertices, "bufferView": 0, "type": "VEC3", "min": [0.0, 0.0, 0.0], "max": far},
             {**vertices, "bufferView": 1, "type": "VEC2"},
-            {"bufferView": 2, "componentType": 5123, "count": 6, "type": "SCALAR"},  # short
+            {"bufferView": 2, "componentType": _SHORT, "count": 6, "type": "SCALAR"},
         ],
         "bufferViews": views,
         "buffers": [{"byteLength": length}],

@@ -30,6 +30,7 @@ _BROKEN = (
     *(OSError, ValueError, TypeError, LookupError, AttributeError, SyntaxError, OverflowError),
     *(ArjunaError, DaeError, struct.error, RuntimeError),
 )
+_GREY = (0.6, 0.6, 0.65, 1.0)
 
 
 class _Beside(trimesh.resolvers.FilePathResolver):
@@ -153,7 +154,7 @@ def _meshes(visual: Any, colours: dict[str, Any], find_mesh: FindMesh) -> list[t
         meshes = _loaded(geometry.mesh, find_mesh)
     else:
         meshes = [_primitive(geometry)]
-        colour = (0.6, 0.6, 0.65, 1.0) if colour is None else colour
+        colour = _GREY if colour is None else colour
     for mesh in meshes:
         if colour is not None:
             mesh.visual = trimesh.visual.TextureVisuals(material=_paint(colour))

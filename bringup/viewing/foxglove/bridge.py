@@ -38,6 +38,7 @@ _ASSET = re.compile(
     re.IGNORECASE,
 )
 """The files that foxglove_bridge gives out unless told otherwise: pictures, meshes and robots."""
+_LARGEST_ASSET = 60_000_000  # [bytes]
 _MALFORMED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
@@ -166,7 +167,7 @@ class Bridge:
             problem = f"'{uri}' is not found"
         else:
             try:
-                data = read_bytes(path, 60_000_000)
+                data = read_bytes(path, _LARGEST_ASSET)
             except InputFileError as error:
                 problem = str(error)
         text = problem.encode()

@@ -24,6 +24,8 @@ SUBPROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Of Foxglove's app since 2025, and of what came before and is derived from that."""
 WARNING, ERROR = 1, 2
 """The levels of a status."""
+_BACKLOG = 10_000_000  # [bytes] beyond which the protocol's own bridge drops messages for a client
+_LARGEST = 2**26  # [bytes] of a client's message
 
 
 class BridgeError(ArjunaError):
@@ -45,8 +47,7 @@ class Client:
 
     def send(self, data: str | bytes, droppable: bool = False) -> None:
         """Send a frame; what is droppable is left out where too much waits already."""
-        # [bytes] beyond which the protocol's own bridge drops too.
-        if droppable and self._given - self._sent > 10_000_000:
+        if droppable and self._given - self._sent > _BACKLOG:
             return
         self._given += len(data)
         self._loop.call_soon_threadsafe(self._queue.put_nowait, data)
@@ -100,7 +101,7 @@ class Server:
             origins=[None, OF_THIS_MACHINE, OF_FOXGLOVE] if own else None,  # None: no browser
             subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
             compression=None,
-            max_size=2**26,
+            max_size=_LARGEST,
             logger=log,
         )
 

@@ -17,6 +17,7 @@ from bringup.recording.listener import offers_of
 from bringup.viewing.displays.base import Display, Wanted
 from bringup.viewing.robot.services import Services
 
+_MOST = 200
 """The most messages that wait for a display that may miss none."""
 
 
@@ -52,7 +53,7 @@ class Feed:
                     self._ask(key, number, each)
                     continue
                 source = self._source(each, display, types, anywhere)
-                wanted[key, number] = source, 200 if each.every else 1
+                wanted[key, number] = source, _MOST if each.every else 1
         for place, (source, subscription) in list(self._open.items()):
             if place not in wanted or wanted[place][0] != source:
                 self._node.destroy_subscription(subscription)

@@ -11,6 +11,8 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
+_LOOK = 0.02  # [s] from one look to the next
+
 
 def _fulfilled(text: Callable[[], str], validate: Callable[[str], Any]) -> Callable[[], bool]:
     """Return whether a text fulfils a function, which returns False or raises if not; as a call."""
@@ -29,7 +31,7 @@ def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
     while not is_there():
         if time.monotonic() > deadline:
             return is_there()
-        never.wait(0.02)
+        never.wait(_LOOK)
     return True
 
 
