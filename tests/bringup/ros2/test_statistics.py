@@ -70,6 +70,7 @@ def test_one_unit_for_the_whole_line(sizes: list[int], text: str) -> None:
 def _handler_given_back() -> Iterator[None]:
     before = signal.getsignal(signal.SIGINT)
     yield
+    watch_interrupts()  # forgets those of the test, which would end the next client here
     signal.signal(signal.SIGINT, before)
 
 
