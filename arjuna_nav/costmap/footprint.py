@@ -5,8 +5,10 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
+from numba import njit
 
 from arjuna_core.arrays import Bools, Floats
 from arjuna_core.errors import ConfigError
@@ -65,8 +67,7 @@ class Footprint:
         farthest = float(np.hypot(*points.T).max())
         if farthest > OUTLINE:
             raise ConfigError(f"a footprint reaches {farthest:.4g} m; valid: up to {OUTLINE:g} m")
-        inscribed = float(_edge_distances(points).min())
-        return Footprint(points, inscribed, farthest, circular=False)
+        return Footprint(points, _inscribed(points), farthest, circular=False)
 
     @staticmethod
     def parse(text: str, robot_radius: float, padding: float, axle: float = 0.0) -> Footprint:
@@ -137,19 +138,15 @@ class Footprint:
         Args:
             least: The part of its size that is left.
         """
-        if self.circular:
-            return self.scaled(max(1.0 + margin / self.inscribed_radius, least))
-        middle = (self.points.min(axis=0) + self.points.max(axis=0)) / 2.0
-        own = self.points - middle
-        scale = max(1.0 + margin / float(_edge_distances(own).min()), least)
-        return Footprint.polygon(middle + own * scale).driven_at(self.axle)
+        return _widened(self, margin, least)
 
     def holds(self, points: Floats) -> Bools:
         """Return which points `(N, 2) float64` of the base frame [m] lie within the outline."""
         if self.circular:
             near: Bools = np.hypot(*points.T) <= self.circumscribed_radius
             return near
-        return _inside(points, self.points)
+        inside: Bools = _inside(self.points, points)
+        return inside
 
     def outreach(self, body: Footprint, rounding: float = 1e-3) -> float:
         """Return how far the corners of a body stand out of the outline [m], 0 for none."""
@@ -166,7 +163,7 @@ class Footprint:
             distances = np.hypot(*points.T)
             away = points / np.maximum(distances, 1e-9)[:, None]
             return distances - self.circumscribed_radius, away
-        off = points - _closest(self.points, points)
+        off = _off(self.points, points)
         distances = np.hypot(*off.T)
         signs = np.where(self.holds(points), -1.0, 1.0)
         return signs * distances, off * (signs / np.maximum(distances, 1e-9))[:, None]
@@ -176,36 +173,47 @@ class Footprint:
         return T_frame_base.apply(self.points)
 
 
-def _edge_distances(points: Floats) -> Floats:
-    """Return the distance from the origin to each edge."""
-    distances: Floats = np.hypot(*_on_edges(points, np.zeros((1, 2)))[0].T)
-    return distances
+@lru_cache(maxsize=64)
+def _widened(outline: Footprint, margin: float, least: float) -> Footprint:
+    if outline.circular:
+        return outline.scaled(max(1.0 + margin / outline.inscribed_radius, least))
+    middle = (outline.points.min(axis=0) + outline.points.max(axis=0)) / 2.0
+    own = outline.points - middle
+    scale = max(1.0 + margin / _inscribed(own), least)
+    return Footprint.polygon(middle + own * scale).driven_at(outline.axle)
 
 
-def _closest(corners: Floats, points: Floats) -> Floats:
-    """Return the point of the outline that is nearest to each point, `(N, 2)`."""
-    on_edges = _on_edges(corners, points)
-    nearest = np.hypot(*np.moveaxis(on_edges - points[:, None], -1, 0)).argmin(axis=1)
-    closest: Floats = on_edges[np.arange(len(points)), nearest]
-    return closest
+def _inscribed(corners: Floats) -> float:
+    """Return the distance from the origin to the nearest edge."""
+    return float(np.hypot(*_off(corners, np.zeros((1, 2)))[0]))
 
 
-def _on_edges(corners: Floats, points: Floats) -> Floats:
-    """Return the point of each edge that is nearest to each point, `(N, edges, 2)`."""
-    edges = np.roll(corners, -1, axis=0) - corners
-    along = ((points[:, None] - corners) * edges).sum(axis=2)
-    along = along / np.maximum(np.square(edges).sum(axis=1), 1e-12)
-    on_edges: Floats = corners + np.clip(along, 0.0, 1.0)[..., None] * edges
-    return on_edges
+@njit(cache=True)
+def _off(corners: Floats, points: Floats) -> Floats:
+    """Return the way to each point from the point of the outline nearest to it, `(N, 2)`."""
+    off = np.empty(points.shape)
+    for i in range(len(points)):
+        least = np.inf
+        for k in range(len(corners)):
+            (x0, y0), (x1, y1) = corners[k - 1], corners[k]
+            along = (points[i, 0] - x0) * (x1 - x0) + (points[i, 1] - y0) * (y1 - y0)
+            along /= max((x1 - x0) ** 2 + (y1 - y0) ** 2, 1e-12)
+            along = min(max(along, 0.0), 1.0)
+            x = points[i, 0] - (x0 + along * (x1 - x0))
+            y = points[i, 1] - (y0 + along * (y1 - y0))
+            if x * x + y * y < least:
+                least = x * x + y * y
+                off[i, 0], off[i, 1] = x, y
+    return off
 
 
-def _inside(points: Floats, corners: Floats) -> Bools:
+@njit(cache=True)
+def _inside(corners: Floats, points: Floats) -> Bools:
     """Return from which points a ray crosses the outline an odd number of times."""
-    x, y = points[:, :1], points[:, 1:]
-    x0, y0 = corners.T
-    x1, y1 = np.roll(corners, -1, axis=0).T
-    spans = (y0 <= y) != (y1 <= y)
-    slope = np.divide(x1 - x0, y1 - y0, out=np.zeros_like(x0), where=y1 != y0)
-    crossed = spans & (x < x0 + (y - y0) * slope)
-    odd: Bools = crossed.sum(axis=1) % 2 == 1
+    odd = np.zeros(len(points), np.bool_)
+    for i in range(len(points)):
+        for k in range(len(corners)):
+            (x0, y0), (x1, y1) = corners[k - 1], corners[k]
+            if (y0 <= points[i, 1]) != (y1 <= points[i, 1]):
+                odd[i] ^= points[i, 0] < x0 + (points[i, 1] - y0) * ((x1 - x0) / (y1 - y0))
     return odd

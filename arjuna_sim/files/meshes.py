@@ -70,32 +70,32 @@ def mesh_shape(
     if 0.0 in size:
         raise xml.fail(f"{label} scale", f"{scale!r} must not be zero")
     path, of = xml.find(uri, label), "visual" if label.endswith("visual") else "collision"
-    seen = NoteKind.UNDRAWN if of == "visual" else None
     if path is None:
         option = _OPTIONS.get(uri.partition("://")[0])
         rest = "" if option is None else f"; {option} DIR finds it below DIR"
         problem = f"mesh '{uri}' does not exist, so it is left out{rest}"
-        xml.note(f"{label}: {problem}", seen or NoteKind.MISSING, of)
+        xml.note(f"{label}: {problem}", NoteKind.MISSING, of)
         return None
     if path.suffix.lower() not in MESH_SUFFIXES:
         xml.note(
             f"{label}: mesh '{uri}' left out; simulated are {', '.join(MESH_SUFFIXES)}",
-            seen or NoteKind.UNSUPPORTED,
+            NoteKind.UNSUPPORTED,
+            of,
         )
         return None
     try:
         mesh = _mesh(xml, path, part, centred, f"{label}: mesh '{uri}'")
     except MeshError as error:
-        if seen is None:
+        if of == "collision":
             raise xml.fail(label, f"mesh '{uri}' {error.problem}") from error
-        xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn", seen)
+        xml.note(f"{label}: mesh '{uri}' {error.problem}, so it is not drawn", NoteKind.BROKEN, of)
         return None
     reach = mesh.reach * max(map(abs, size))
     if not reach <= _REACH_MAX:
         raise xml.fail(label, f"mesh '{uri}' is {reach:.3g} m large; valid: up to {_REACH_MAX:g}")
     if not surface(mesh.triangles * size) > 1e-9:
         problem = f"mesh '{uri}' has no surface, so it is left out"
-        xml.note(f"{label}: {problem}", seen or NoteKind.BROKEN)
+        xml.note(f"{label}: {problem}", NoteKind.BROKEN, of)
         return None
     return Shape(Kind.MESH, size, mesh)
 

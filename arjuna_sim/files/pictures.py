@@ -57,11 +57,12 @@ def _picture(xml: XmlFile, path: Path | None, uri: str, label: str) -> Picture |
         if path is not None:
             return _read(path, path.stat().st_mtime_ns)
     except InputFileError as error:
-        xml.note(f"{label}: its picture {error.problem}, so it is not drawn", NoteKind.UNDRAWN)
+        problem = f"its picture {error.problem}, so it is not drawn"
+        xml.note(f"{label}: {problem}", NoteKind.BROKEN, "visual")
         return None
     if uri:
         problem = f"picture '{uri}' does not exist, so it is not drawn"
-        xml.note(f"{label}: {problem}", NoteKind.UNDRAWN)
+        xml.note(f"{label}: {problem}", NoteKind.MISSING, "visual")
     return None
 
 

@@ -40,7 +40,6 @@ _ASSET_FAULTS = {
     NoteKind.MISSING: Fault.MISSING_ASSETS,
     NoteKind.UNSUPPORTED: Fault.UNSUPPORTED_ASSETS,
     NoteKind.BROKEN: Fault.RESOURCE_PARSE_ERROR,
-    NoteKind.UNDRAWN: Fault.MISSING_ASSETS,
 }
 _PARTS_MAX = 2000
 
@@ -213,8 +212,8 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
 
 def _undrawn(notes: Iterable[Note]) -> tuple[str, ...]:
     """Return what is not drawn, which Gazebo leaves out too; anything else left out is refused."""
-    check_assets(note for note in notes if note.kind is not NoteKind.UNDRAWN)
-    return tuple(note.text for note in notes if note.kind is NoteKind.UNDRAWN)
+    check_assets(note for note in notes if note.of != "visual")
+    return tuple(note.text for note in notes if note.of == "visual")
 
 
 def check_assets(notes: Iterable[Note]) -> None:

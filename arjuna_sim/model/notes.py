@@ -15,8 +15,6 @@ class NoteKind(Enum):
     """A shape or mesh is there, and of a form that is not simulated."""
     BROKEN = "broken"
     """A model, link or shape is there, and is none that can be; it is left out."""
-    UNDRAWN = "undrawn"
-    """A mesh or picture that is seen, and not touched, is missing or cannot be drawn."""
     IGNORED = "ignored"
     """An element, attribute or argument has no effect."""
     CHANGED = "changed"
@@ -30,7 +28,7 @@ class Note:
     Attributes:
         kind: What became of it.
         text: What a person reads.
-        of: The tag of the shape that it is of; "" of anything else.
+        of: `collision`, or `visual` for what is seen and not touched; "" for anything else.
     """
 
     kind: NoteKind

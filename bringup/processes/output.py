@@ -218,7 +218,8 @@ class Output(ABC):
         now = time.monotonic()
         if self._unread and is_read():
             unread, self._unread = self._unread, 0
-            self.line(OWN, f"{unread} lines that nobody read are left out; log: {self._log.path}")
+            kept = "" if self._log.path is None else f"; log: {self._log.path}"
+            self.line(OWN, f"{unread} lines that nobody read are left out{kept}")
         if (overdue := self.start_up.overdue(now, self._patience)) is not None:
             self.line(OWN, f"waiting for {overdue}")
         if (duration := self.start_up.came_up(now)) is not None:

@@ -135,8 +135,8 @@ def leaving_out(xml: XmlFile, what: str) -> Iterator[None]:
         raise
     except InputFileError as error:
         origin = "" if error.location is None or error.location == what else f"{error.location}: "
-        kind = NoteKind.UNDRAWN if what.endswith("visual") else NoteKind.BROKEN
-        xml.note(f"{what} is left out: {origin}{error.problem}", kind)
+        of = "visual" if what.endswith("visual") else ""
+        xml.note(f"{what} is left out: {origin}{error.problem}", NoteKind.BROKEN, of)
 
 
 class Includes:

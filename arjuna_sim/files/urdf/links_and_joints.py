@@ -148,7 +148,7 @@ def _look(xml: XmlFile, element: Element, label: str) -> Shape | None:
     try:
         return _shape(xml, element, label)
     except RobotError as error:
-        xml.note(f"{error.location}: {error.problem}; it is left out", NoteKind.UNDRAWN)
+        xml.note(f"{error.location}: {error.problem}; it is left out", NoteKind.BROKEN, "visual")
         return None
 
 

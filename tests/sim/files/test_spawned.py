@@ -197,7 +197,6 @@ def test_bounds_on_shapes_and_text_are_the_last_that_fit(monkeypatch: pytest.Mon
         (NoteKind.MISSING, Fault.MISSING_ASSETS),
         (NoteKind.UNSUPPORTED, Fault.UNSUPPORTED_ASSETS),
         (NoteKind.BROKEN, Fault.RESOURCE_PARSE_ERROR),
-        (NoteKind.UNDRAWN, Fault.MISSING_ASSETS),
     ],
 )
 def test_what_a_reader_left_out_is_refused_by_its_first_note(kind: NoteKind, fault: Fault) -> None:

@@ -281,10 +281,10 @@ def test_shapes_keep_their_sizes_and_colours() -> None:
     ("geometry", "kind", "problem"),
     [
         ("<empty/>", NoteKind.IGNORED, "<empty> is left out"),
-        ("", NoteKind.UNDRAWN, "is left out: <geometry> is empty"),
+        ("", NoteKind.BROKEN, "is left out: <geometry> is empty"),
         ("<plane/>", NoteKind.UNSUPPORTED, "<plane> is left out of a robot"),
-        ("<box><size>1 0 1</size></box>", NoteKind.UNDRAWN, "must be above zero"),
-        ("<mesh><uri>none.stl</uri></mesh>", NoteKind.UNDRAWN, "'none.stl' does not exist"),
+        ("<box><size>1 0 1</size></box>", NoteKind.BROKEN, "must be above zero"),
+        ("<mesh><uri>none.stl</uri></mesh>", NoteKind.MISSING, "'none.stl' does not exist"),
     ],
 )
 def test_looks_without_effect_are_noted(geometry: str, kind: NoteKind, problem: str) -> None:
