@@ -17,6 +17,7 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import ControlStatus
 from arjuna_nav.controllers.dwb.config import NAV2_CRITICS, DwbConfig, OscillationConfig
 from arjuna_nav.controllers.dwb.controller import Dwb
+from arjuna_nav.controllers.dwb.distances import path_cells
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -360,3 +361,15 @@ def test_until_the_robot_got_on_from_where_it_changed(pose: SE2, got_on: bool) -
     assert sum(oscillation.allowed, ()) == (True, got_on, *4 * [True])
     oscillation.reset()
     assert all(sum(oscillation.allowed, ()))
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_a_paths_cells_hold_its_points_and_lie_side_by_side(seed: int) -> None:
+    height, width = 30, 40
+    points = np.random.default_rng(seed).uniform((1.0, 1.0), (width - 1.0, height - 1.0), (6, 2))
+    rows, columns = np.divmod(path_cells(points, height, width), width)
+    cells = list(zip(columns.tolist(), rows.tolist(), strict=True))
+    assert {(int(x), int(y)) for x, y in points} <= set(cells)
+    assert max(np.abs(np.diff(cells, axis=0)).max(axis=1)) == 1
+    outside = np.array([*points[:2], (width + 5.0, points[1, 1])])
+    assert path_cells(outside, height, width)[-1] == int(points[1, 1]) * width + width - 1
