@@ -79,9 +79,10 @@ def _drive(
         after = Continuation(at, memory, journal.began, resume["walked"], len(journal.rows))
     with course(arguments, rng, folder, after) as driver:
         rng.bit_generator.state = resume.get("rng", rng.bit_generator.state)
-        ticks = Ticks(driver.robot)
+        ticks, given = Ticks(driver.robot), driver.given
+        arguments.count = len(given) or arguments.count
         while not _is_done(arguments, journal, driver.robot.now):
-            goal = driver.draw(rng)
+            goal = given[len(journal.rows)] if given else driver.draw(rng)
             arrival = driver.drive(goal)
             journal.append(driver.robot, rng, goal, arrival=asdict(arrival), cost=ticks.taken())
         return driver.speed
