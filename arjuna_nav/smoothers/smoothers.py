@@ -90,7 +90,7 @@ def in_passes(
             part = piece[first : last + 1]
             reverse = by_parts and paths.directions(part) == [-1]
             points: Floats = np.ascontiguousarray(part[:, :2])
-            for _ in range(passes):
+            for _ in range(passes if len(part) > 2 else 0):
                 smoothed = once(points)
                 if touches(smoothed, costmap):
                     free = False
