@@ -173,6 +173,7 @@ class StaticLayer(MapLayer):
     def write(self, costs: Bytes, window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
         self._place(self._T_global_map)
+        self._dropped &= window != whole(self.master.frame.shape)
         if self._placement is None:
             return
         own, covered = self._shown[window], self._placement.covered
