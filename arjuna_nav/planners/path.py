@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 
 import numpy as np
 from numba import njit
 
-from arjuna_core.arrays import Floats
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.se2 import SE2
+
+_ON_THE_SPOT = 1e-4  # nav2_smoother, findDirectionalPathSegments: a shorter step is none [m]
 
 
 def length(path: Floats) -> float:
@@ -31,18 +34,29 @@ def along(path: Floats) -> Floats:
     return np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
 
 
-def part_end(path: Floats, first: int = 0) -> int:
-    """Return the index after the last pose that is reached in one direction from a pose.
+def turns(path: Floats) -> Ints:
+    """Return the indices of the poses that the next one turns on the spot, `(N,) int64`."""
+    return np.flatnonzero(np.hypot(*np.diff(path[:, :2], axis=0).T) < _ON_THE_SPOT)
+
+
+def parts(path: Floats, first: int = 0) -> list[tuple[int, int]]:
+    """Return the first and last index of each part from a pose on that has one direction.
 
     The path inverts where a step leads against the one before it; turns on the spot are no steps.
 
     Source: nav2_util, findFirstPathInversion.
     """
     steps = np.diff(path[first:, :2], axis=0)
-    moves = np.flatnonzero(steps.any(axis=1))
+    moves = np.flatnonzero(np.hypot(*steps.T) >= _ON_THE_SPOT)
     along_last = (steps[moves[1:]] * steps[moves[:-1]]).sum(axis=1)
-    inverted = np.flatnonzero(along_last < 0.0)
-    return first + int(moves[inverted[0]]) + 2 if len(inverted) else len(path)
+    cusps = first + moves[np.flatnonzero(along_last < 0.0)] + 1
+    bounds = [first, *cusps.tolist(), len(path) - 1]
+    return list(itertools.pairwise(bounds)) if len(steps) else []
+
+
+def part_end(path: Floats, first: int = 0) -> int:
+    """Return the index after the last pose that is reached in one direction from a pose."""
+    return next((last + 1 for _, last in parts(path, first)), len(path))
 
 
 def directions(path: Floats) -> list[int]:
@@ -50,13 +64,10 @@ def directions(path: Floats) -> list[int]:
     steps, middle = np.diff(path[:, :2], axis=0), path[:-1, 2]
     ahead = np.sign(steps[:, 0] * np.cos(middle) + steps[:, 1] * np.sin(middle))
     found: list[int] = []
-    first = 0
-    while first < len(path) - 1:
-        end = part_end(path, first)
-        direction = -1 if ahead[first : end - 1].sum() < 0.0 else 1
+    for first, last in parts(path):
+        direction = -1 if ahead[first:last].sum() < 0.0 else 1
         if found[-1:] != [direction]:
             found.append(direction)
-        first = end - 1
     return found
 
 

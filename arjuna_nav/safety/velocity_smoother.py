@@ -129,7 +129,8 @@ class VelocitySmoother:
         ]
         ratio = 1.0
         if self._config.scale_velocities or radius > 0.0:
-            ratio = min(_allowed(*change) for change in changes)
+            # An axis that cannot be driven holds none of the others back, whatever is measured.
+            ratio = min((_allowed(*change) for change in changes if change[2]), default=1.0)
         steps = [min(max(ratio * change, low), high) for change, low, high in changes]
         return _velocity([now + step for now, step in zip(before, steps, strict=True)])
 

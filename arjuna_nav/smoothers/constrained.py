@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,8 +13,14 @@ from arjuna_core.arrays import Floats, Ints
 from arjuna_core.config import length_param, param
 from arjuna_core.errors import ConfigError
 from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.planners import path as paths
 from arjuna_nav.planners.relaxation import touches
-from arjuna_nav.smoothers.smoothers import SmoothResult, SmoothStatus, problem_of
+from arjuna_nav.smoothers.smoothers import (
+    SmoothResult,
+    SmoothStatus,
+    between_turns,
+    problem_of,
+)
 
 _BEZIER = 0.4  # of a segment's length: where Nav2's curve between two poses has its control points
 
@@ -84,21 +90,32 @@ class ConstrainedSmoother:
         """Smooth a path; where it would touch an obstacle it stays as it is."""
         if problem := problem_of(path):
             return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
-        steps, last_yaw = np.hypot(*np.diff(path[:, :2], axis=0).T), path[-1, 2]
-        path = path[np.concatenate(([True], steps > 1e-9))]  # turns on the spot have no curvature
-        path[-1, 2] = last_yaw
+        pieces, config, done = between_turns(path), self._config, []
+        for i, piece in enumerate(pieces):
+            start = config.keep_start_orientation or i > 0
+            goal = config.keep_goal_orientation or i < len(pieces) - 1
+            kept = replace(config, keep_start_orientation=start, keep_goal_orientation=goal)
+            done.append(ConstrainedSmoother(kept)._smoothed(piece, costmap))
+        smoothed, problem = np.vstack(done), ""
+        if touches(smoothed[:, :2], costmap) and not touches(path[:, :2], costmap):
+            problem = "touch an obstacle"
+        elif len(paths.directions(smoothed)) > len(paths.directions(path)):
+            problem = "drive it to and fro"
+        if problem:
+            message = f"smoothing would {problem}; the path is as it was before"
+            return SmoothResult(SmoothStatus.FAILED_TO_SMOOTH_PATH, path, message)
+        return SmoothResult(SmoothStatus.SUCCEEDED, smoothed)
+
+    def _smoothed(self, path: Floats, costmap: Costmap) -> Floats:
+        """Return a path without turns on the spot smoothed."""
         if len(path) < 3:
-            return SmoothResult(SmoothStatus.SUCCEEDED, path)
+            return path
         directions = self._directions(path)
         moved, first, last = self._moved(directions)
         points = path[moved, :2]
         if first < last:
             points = _Problem(self._config, points, directions[moved], costmap).solved(first, last)
-        smoothed = self._with_headings(path, moved, points, directions[moved])
-        if touches(smoothed[:, :2], costmap) and not touches(path[:, :2], costmap):
-            message = "smoothing would touch an obstacle; the path is as it was before"
-            return SmoothResult(SmoothStatus.FAILED_TO_SMOOTH_PATH, path, message)
-        return SmoothResult(SmoothStatus.SUCCEEDED, smoothed)
+        return self._with_headings(path, moved, points, directions[moved])
 
     def _directions(self, path: Floats) -> Floats:
         """Return how the path is driven from each pose on: 1 ahead, -1 in reverse."""

@@ -63,13 +63,19 @@ def problem_of(path: Floats) -> str:
     return ""
 
 
+def between_turns(path: Floats) -> list[Floats]:
+    """Return views of a path from one turn on the spot to the next; a pose within one is one."""
+    return np.split(path, paths.turns(path) + 1)
+
+
 def in_passes(
     path: Floats, costmap: Costmap, passes: int, once: Callable[[Floats], Floats], by_parts: bool
 ) -> SmoothResult:
     """Smooth a path part by part; a pass that would touch an obstacle is undone and ends its part.
 
     Args:
-        path: `(N, 3) float64`; its ends stay, and the poses where it changes its direction.
+        path: `(N, 3) float64`; its ends stay, the poses where it changes its direction, and turns
+            on the spot.
         costmap: Of the path's frame.
         passes: How many.
         once: Smooths points `(N, 2)` once.
@@ -78,20 +84,21 @@ def in_passes(
     """
     if problem := problem_of(path):
         return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
-    result, first, free = path.copy(), 0, True
-    while first < len(path) - 1:
-        end = paths.part_end(path, first) if by_parts else len(path)
-        points: Floats = np.ascontiguousarray(path[first:end, :2])
-        for _ in range(passes):
-            smoothed = once(points)
-            if touches(smoothed, costmap):
-                free = False
-                break
-            points = smoothed
-        part = oriented(points, float(path[end - 1, 2]))
-        if by_parts and math.cos(part[0, 2] - path[first, 2]) < 0.0:  # it is driven in reverse
-            part[:-1, 2] = wrap(part[:-1, 2] + math.pi)
-        result[first:end], first = part, end - 1
+    result, free = path.copy(), True
+    for piece in between_turns(result) if by_parts else [result]:
+        for first, last in paths.parts(piece) if by_parts else [(0, len(piece) - 1)]:
+            part = piece[first : last + 1]
+            reverse = by_parts and paths.directions(part) == [-1]
+            points: Floats = np.ascontiguousarray(part[:, :2])
+            for _ in range(passes if len(part) > 2 else 0):
+                smoothed = once(points)
+                if touches(smoothed, costmap):
+                    free = False
+                    break
+                points = smoothed
+            part[:] = oriented(points, float(part[-1, 2]))
+            if reverse:
+                part[:-1, 2] = wrap(part[:-1, 2] + math.pi)
     if free:
         return SmoothResult(SmoothStatus.SUCCEEDED, result)
     message = "smoothing would touch an obstacle; the path is as it was before"

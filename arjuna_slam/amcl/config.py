@@ -66,7 +66,7 @@ class AmclConfig:
     laser_model_type: str = param("likelihood_field", "Sensor model.", choices=SENSOR_MODELS)
     max_beams: int = param(60, "Beams of a scan that the filter weighs.", minimum=2)
     laser_min_range: float = param(-1.0, "Shortest range used; -1 is the scan's own.", unit="m")
-    laser_max_range: float = param(100.0, "Longest range used; -1 is the scan's own.", unit="m")
+    laser_max_range: float = param(100.0, "Longest range used; up to 0 the scan's own.", unit="m")
     laser_likelihood_max_dist: float = length_param(
         2.0, "Distance to obstacles at which the likelihood stops falling.", minimum=0.1
     )

@@ -46,7 +46,7 @@ class ScanView:
         """Read a scan; few beams are taken at even steps over the sweep, as nav2_amcl does."""
         low = max(config.laser_min_range, scan.range_min)
         high = scan.range_max
-        if config.laser_max_range >= 0.0:
+        if config.laser_max_range > 0.0:
             high = min(config.laser_max_range, high)
         ranges = np.minimum(scan.ranges, high)
         mount = scan.T_base_sensor
@@ -71,7 +71,7 @@ class ScanView:
             normals = wall_normals(ends, numbers, lengths, each * scan.angle_increment, mount)
             return Beams(directions_used, some, returned, ends, normals)
 
-        return ScanView(scan.stamp, scan.range_max, mount, beams(stride), beams(step))
+        return ScanView(scan.stamp, high, mount, beams(stride), beams(step))
 
     @property
     def blind(self) -> bool:

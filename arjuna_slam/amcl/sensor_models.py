@@ -18,6 +18,7 @@ from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 _HEADINGS = 360  # for which ranges are cast ahead: a degree each
 _MILLIMETRE = 1e-3
+_FARTHEST = 32.0  # the cache has 15 bits for a range [m]
 _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray ends in the unknown
 
 
@@ -106,7 +107,8 @@ class LikelihoodFieldProb(_Tabulated):
 
     @staticmethod
     def _score(density: Floats) -> Floats:
-        return np.log(density)
+        least = np.finfo(np.float32).tiny  # without z_rand, far from obstacles the density runs out
+        return np.asarray(np.log(np.maximum(density, least)))
 
     def _skip(self, poses: Floats, cells: Floats) -> Floats:
         """Leave out beams that fit too few particles, unless that would be nearly all."""
@@ -152,7 +154,7 @@ class BeamModel:
             np.ascontiguousarray(field.to_grid(particles)),
             mount,
             np.arctan2(beams.directions[:, 1], beams.directions[:, 0]),
-            beams.ranges,
+            np.minimum(beams.ranges, _FARTHEST),
             beams.returned,
         )
         return Likelihood(factors, factors)
@@ -233,7 +235,7 @@ def _expected(
         x, y = (column + 0.5) * resolution, (row + 0.5) * resolution
         stopped = cast(blocked, resolution, x, y, ray, range_max)[0]
         hit = cast(occupied, resolution, x, y, ray, range_max)[0]
-        length = min(max(stopped, _MILLIMETRE), range_max, 32.0)
+        length = min(max(stopped, _MILLIMETRE), range_max, _FARTHEST)
         entry = np.uint16(length / _MILLIMETRE) | np.uint16(0 if hit == stopped else _UNKNOWN)
         cache[row, column, turn] = entry
     return (entry & (_UNKNOWN - 1)) * _MILLIMETRE, entry < _UNKNOWN

@@ -75,10 +75,12 @@ class CostmapFilter(MapLayer):
         if isinstance(value, PlacedMap):
             if self._info is not None and source == self._info.mask_topic:
                 self._map = value
+                self._drop()
         elif value.type not in self.TYPES:
             self._wrong_type = value.type
         elif value != self._info:
             self._info, self._map, self._wrong_type = value, None, None
+            self._drop()
 
     def warning(self) -> str:
         """Return why it has no effect; empty where it has."""
@@ -145,7 +147,8 @@ class KeepoutFilter(CostmapFilter):
         if self._map is not None and T_global_mask is not None:
             self._weigh(self._map, T_global_base)
         self._place(T_global_mask)
-        return whole(self.master.frame.shape) if self._placement is not before else None
+        same, self._dropped = self._placement is before and not self._dropped, False
+        return None if same else whole(self.master.frame.shape)
 
     def write(self, costs: Bytes, window: Window) -> None:
         """Take the mask's costs where they are greater."""

@@ -67,6 +67,7 @@ class MapLayer(Layer):
         self._costs: Bytes = np.zeros((0, 0), np.uint8)  # of the map's cells
         self._placement: Placement | None = None
         self._shown: Bytes = self._costs  # of the costmap's cells
+        self._dropped = False  # since the last update, so that what was shown changes
         self._problem = ""
 
     def problem(self, now: float) -> str:
@@ -82,6 +83,10 @@ class MapLayer(Layer):
             self._problem = str(error)
             return None
         return T_global_map
+
+    def _drop(self) -> None:
+        """Show nothing until the map is placed again: it is another."""
+        self._placement, self._dropped = None, True
 
     def _place(self, T_global_map: SE2 | None) -> None:
         """Read the map's costs at the costmap's cells, where either has moved."""
@@ -131,7 +136,8 @@ class StaticLayer(MapLayer):
     def receive(self, source: str, value: PlacedMap | MapUpdate) -> None:
         """Take a map, or a part of it; a part that does not lie in the map is left out."""
         if isinstance(value, PlacedMap):
-            self._map, self._before, self._placement, self._updated = value, None, None, None
+            self._map, self._before, self._updated = value, None, None
+            self._drop()
             self._costs = interpret_map(value.grid.data, self.master.config)
             return
         rows, columns = (
@@ -161,11 +167,13 @@ class StaticLayer(MapLayer):
         if before is not None and before.covered is not None and changed is not None:
             self._placement = None
         self._place(self._T_global_map)
-        return changed if self._placement is before else whole(self.master.frame.shape)
+        same, self._dropped = self._placement is before and not self._dropped, False
+        return changed if same else whole(self.master.frame.shape)
 
     def write(self, costs: Bytes, window: Window) -> None:
         """Write the map, unknown cells too, unless the greater cost counts."""
         self._place(self._T_global_map)
+        self._dropped &= window != whole(self.master.frame.shape)
         if self._placement is None:
             return
         own, covered = self._shown[window], self._placement.covered

@@ -8,7 +8,7 @@ from typing import Any
 from geometry_msgs.msg import PoseStamped
 from sensor_msgs.msg import BatteryState, JointState
 
-from arjuna_core.pose3 import Pose3
+from arjuna_core.pose3 import Pose3, unit_quaternion
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_core.ros.node import ManagedNode
@@ -58,14 +58,15 @@ class DockSensors:
         return pose @ SE2(ahead, config.external_detection_translation_y, 0.0)
 
     def _believe(self, message: Any, config: Any) -> None:
-        """Filter a detection; its frame's z axis must point up, as those of the robot's base."""
+        """Filter a detection, of any frame of the robot, as a camera's that looks along z."""
         stamp, source = seconds(message.header.stamp), message.header.frame_id.lstrip("/")
         transforms = self._node.transforms
-        T = transforms.try_lookup(self._frame, source, stamp)
-        T = transforms.try_lookup(self._frame, source) if T is None else T
+        root = transforms.rigid_root(source)  # all that moves about it is seen from above
+        T = transforms.try_lookup(self._frame, root, stamp)
+        T = transforms.try_lookup(self._frame, root) if T is None else T
         if T is None or self._node.now - stamp > config.external_detection_timeout:
             return
-        pose = T @ _level(message.pose, config)
+        pose = T @ _level(transforms.mount(root, source), message.pose, config)
         before = self._believed
         if before is not None and stamp - before[0] <= config.external_detection_timeout:
             pose = before[1].interpolate(pose, config.filter_coef or 1.0)
@@ -81,9 +82,16 @@ class DockSensors:
         return DockSenses(distance, effort, speed, self._current)
 
 
-def _level(message: Any, config: Any) -> SE2:
-    """Return a detection's position and, turned as the dock type says, its heading."""
-    q = message.orientation
+def _level(mount: Pose3, message: Any, config: Any) -> SE2:
+    """Return a detection's position and, turned as the dock type says, its heading.
+
+    Args:
+        mount: Pose of the detection's frame.
+
+    Source: opennav_docking, SimpleChargingDock::getRefinedPose.
+    """
+    at, q = message.position, message.orientation
+    seen = mount @ Pose3((at.x, at.y, at.z), unit_quaternion(q.w, q.x, q.y, q.z))
     turn = Pose3.from_rpy(
         (0.0, 0.0, 0.0),
         (
@@ -92,5 +100,4 @@ def _level(message: Any, config: Any) -> SE2:
             config.external_detection_rotation_yaw,
         ),
     )
-    yaw = (Pose3(quaternion=(q.w, q.x, q.y, q.z)) @ turn).planar().theta
-    return SE2(message.position.x, message.position.y, yaw)
+    return (seen @ turn).planar()

@@ -177,3 +177,22 @@ def test_a_steered_robot_is_never_bent_too_tightly(first: Velocity, then: Veloci
     assert speeds[11] == pytest.approx((first.x, first.yaw_rate))
     most = min(abs(then.yaw_rate), abs(then.x) / 0.6)
     assert speeds[-1] == pytest.approx((then.x, most))
+
+
+@pytest.mark.parametrize("shaping", [{"scale_velocities": True}, {"min_turning_radius": 0.4}])
+def test_what_is_measured_on_an_axis_that_is_not_driven_holds_nothing_back(
+    shaping: dict[str, Any],
+) -> None:
+    rng = np.random.default_rng(3)
+    values = {**LIMITS, **shaping, "feedback": "CLOSED_LOOP"}
+    smoother = VelocitySmoother(load(SmoothingConfig, values))
+    measured = STILL
+    for k in range(40):
+        smoother.take(Velocity(0.4, yaw_rate=0.5), k * PERIOD)
+        measured = smoother.tick(measured, k * PERIOD) or STILL
+        measured = Velocity(measured.x, y=rng.normal(0.0, 0.01), yaw_rate=measured.yaw_rate)
+    assert (measured.x, measured.yaw_rate) == pytest.approx((0.4, 0.5))
+    for k in range(40, 90):
+        stopping = smoother.tick(measured, k * PERIOD) or STILL
+        measured = Velocity(stopping.x, y=rng.normal(0.0, 0.01), yaw_rate=stopping.yaw_rate)
+    assert (measured.x, measured.yaw_rate) == (0.0, 0.0)

@@ -64,12 +64,29 @@ def test_it_is_the_least_of_the_published_squares() -> None:
         assert squares(other, given[:, :2], **weights) > least
 
 
-@pytest.mark.parametrize(("radius", "weight"), [(0.4, 1e3), (0.8, 1e4), (1.5, 1e5)])
-def test_a_corner_becomes_a_bend_that_the_robot_can_drive(radius: float, weight: float) -> None:
-    loose: dict[str, Any] = {"w_smooth": 100.0, "w_dist": 1.0, "w_cost": 0.0}
+@pytest.mark.parametrize(
+    ("radius", "w_curve", "w_smooth"), [(0.3, 1e4, 1e2), (0.4, 1e3, 1e2), (0.8, 1e2, 1e4)]
+)
+def test_a_corner_becomes_a_bend_that_the_robot_can_drive(
+    radius: float, w_curve: float, w_smooth: float
+) -> None:
+    loose: dict[str, Any] = {"w_smooth": w_smooth, "w_dist": 1.0, "w_cost": 0.0}
     loose["minimum_turning_radius"] = radius
-    assert sharpest(smoothed(RIGHT_ANGLE, w_curve=0.0, **loose)) > 3.0
-    assert sharpest(smoothed(RIGHT_ANGLE, w_curve=weight, **loose)) < 1.06 / radius
+    assert sharpest(smoothed(RIGHT_ANGLE, w_curve=0.0, **loose)) > 1.5 / radius
+    bent = smoothed(RIGHT_ANGLE, w_curve=w_curve, **loose)
+    assert sharpest(bent) < 1.06 / radius
+    assert paths.directions(bent) == [1]
+
+
+@pytest.mark.parametrize(("radius", "w_curve"), [(0.8, 1e4), (1.5, 1e5)])
+def test_it_does_not_fold_a_path_to_bend_less(radius: float, w_curve: float) -> None:
+    config = ConstrainedSmootherConfig(
+        minimum_turning_radius=radius, w_curve=w_curve, w_smooth=100.0, w_dist=1.0
+    )
+    result = ConstrainedSmoother(config).smooth(RIGHT_ANGLE, EMPTY)
+    assert paths.directions(result.path) == [1]
+    assert result.status is SmoothStatus.FAILED_TO_SMOOTH_PATH
+    assert "would drive it to and fro" in result.message
 
 
 def test_it_keeps_off_of_costs_where_the_simple_one_does_not() -> None:

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from scipy.linalg import solve_banded
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.smoothers.constrained import ConstrainedSmoother
 from arjuna_nav.smoothers.smoothers import (
@@ -185,3 +186,30 @@ def test_a_cusp_is_smoothed_like_a_corner_where_asked(cls: Any) -> None:
     path = smoother.smooth(given, costmap_of(empty_grid(4.0, 4.0))).path
     assert path[cusp, 0] < given[cusp, 0] - 0.01
     assert -1 not in paths.directions(path)
+
+
+@pytest.mark.parametrize("angle", [-3.0, -1.2, 0.4, 2.0, 3.1])
+@pytest.mark.parametrize("ahead", [1.0, -1.0])
+def test_a_turn_on_the_spot_stays(smoother: Smoother, angle: float, ahead: float) -> None:
+    """The path goes 2 m, turns on the spot and goes on, all ahead or all in reverse."""
+    rng, pose, poses, turn = np.random.default_rng(7), SE2(4.0, 4.0, 1.0), [], range(41, 47)
+    for k in range(80):
+        noise = rng.normal(0.0, 0.003 * (k not in turn), 2)
+        poses.append(pose.array() + np.append(noise, 0.0))
+        pose = pose @ (SE2(0.0, 0.0, angle / 5.0) if k in turn[:-1] else SE2(0.05 * ahead))
+    path = np.array(poses)
+    result = smoother.smooth(path, costmap_of(empty_grid(8.0, 8.0)))
+    assert result.status is SmoothStatus.SUCCEEDED
+    np.testing.assert_array_equal(result.path[turn[:-1]], path[turn[:-1]])
+    assert paths.directions(result.path) == [ahead]
+    steps, yaws = np.diff(result.path[:, :2], axis=0), result.path[:-1, 2]
+    along = ahead * (steps[:, 0] * np.cos(yaws) + steps[:, 1] * np.sin(yaws))
+    assert (along >= 0.7 * np.hypot(*steps.T)).all()
+
+
+@pytest.mark.parametrize("cls", [SimpleSmoother, SavitzkyGolaySmoother])
+def test_one_heading_does_not_turn_a_path_round(cls: Any) -> None:
+    path = stairs()
+    path[0, 2] += np.pi  # where a robot stands that has yet to turn
+    smoothed = cls(cls.Config()).smooth(path, costmap_of(empty_grid(4.0, 4.0))).path
+    assert np.abs(smoothed[:, 2] - 0.4).max() < 0.5

@@ -5,15 +5,24 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import DockRobot, UndockRobot
 from nav2_msgs.srv import ReloadDockDatabase
 from sensor_msgs.msg import BatteryState
+from tf2_msgs.msg import TFMessage
 
 from arjuna_core.errors import ConfigError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import pose_stamped
+from arjuna_core.ros.convert import (
+    header,
+    pose3_msg,
+    pose_stamped,
+    se2_from_pose,
+    transform3_msg,
+)
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
@@ -182,3 +191,25 @@ def test_a_dock_of_no_kind_fails_its_goals(
     robot = made(tmp_path, **{"home.type": "hook"})
     robot.fail(dock(robot), 5.0, DockRobot.Result.DOCK_NOT_VALID)
     assert "dock 'home' is of type 'hook'; valid: simple_charging_dock" in capfd.readouterr().err
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_dock_is_seen_by_a_camera_however_it_is_mounted(tmp_path: Path, seed: int) -> None:
+    """A camera's own z axis looks ahead: poses of its frame are no poses seen from above."""
+    kind = {"use_external_detection_pose": True, "external_detection_translation_x": 0.0}
+    level = {f"external_detection_rotation_{axis}": 0.0 for axis in ("roll", "pitch", "yaw")}
+    values = {f"simple_charging_dock.{name}": value for name, value in {**kind, **level}.items()}
+    robot, rng = made(tmp_path, **values), np.random.default_rng(seed)
+    mounted = Pose3.from_rpy(tuple(rng.uniform(-0.3, 0.3, 3)), tuple(rng.uniform(-3.0, 3.0, 3)))
+    optical = TFMessage(transforms=[transform3_msg(mounted, "base_link", "optical", 0.0)])
+    robot.bench.publish(TFMessage, "/tf_static", optical, qos.TF_STATIC)
+    docks = robot.bench.collect(PoseStamped, "dock_pose", qos.LATEST)
+    dock(robot, navigate_to_staging_pose=False)
+    robot.run(0.1)
+    seen = PoseStamped(header=header("optical", robot.now))
+    tag = Pose3.from_se2(robot.pose.inverse() @ HOME, 0.4)
+    seen.pose = pose3_msg(mounted.inverse() @ tag)
+    robot.bench.publish(PoseStamped, "detected_dock_pose", seen, qos.DEFAULT)
+    robot.run(0.1)
+    found = se2_from_pose(docks[-1].pose)
+    assert found.array() == pytest.approx(HOME.array(), abs=1e-3)

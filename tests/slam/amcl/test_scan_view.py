@@ -65,7 +65,7 @@ def test_beams_are_taken_at_even_steps(count: int, beams: int, step: int, stride
         (0.5, 100.0, [0.5, 3.0, 10.0, 10.0], 2),
         (0.05, -1.0, [0.1, 0.5, 3.0, 10.0, 10.0], 3),
         (-1.0, 3.0, [0.1, 0.5, 3.0, 3.0, 3.0], 2),  # what is at the limit did not return
-        (-1.0, 0.0, [], 0),
+        (-1.0, 0.0, [0.1, 0.5, 3.0, 10.0, 10.0], 3),
     ],
 )
 def test_ranges_are_those_within_limits(
@@ -74,7 +74,9 @@ def test_ranges_are_those_within_limits(
     ranges = np.array([math.nan, 0.09, 0.1, 0.5, 3.0, 10.0, math.inf, -1.0])
     scan = Scan(ranges, 0.0, 0.1, 0.1, 10.0)
     config = AmclConfig(laser_min_range=least, laser_max_range=most)
-    beams = ScanView.of(scan, config).many
+    view = ScanView.of(scan, config)
+    assert view.range_max == (most if 0.0 < most < 10.0 else 10.0)
+    beams = view.many
     assert beams.ranges.tolist() == kept
     assert beams.returned.tolist() == [k < returned for k in range(len(kept))]
     assert len(beams.endpoints) == returned

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -109,6 +110,15 @@ def test_likelihood_field_adds_beams_and_prob_multiplies_them() -> None:
     np.testing.assert_allclose(product.levels, math.sqrt(HIT * NEAR), rtol=1e-5)
 
 
+def test_without_random_readings_the_product_still_prefers_what_fits_better() -> None:
+    config = replace(CONFIG, z_rand=0.0, sigma_hit=0.02)
+    model = LikelihoodFieldProb(MapField(grid_5x5(SE2()), 2.0), config)
+    poses = np.array([[1.25, 1.25, 0.0], [0.75, 1.25, 0.0]])
+    with np.errstate(all="raise", under="ignore"):
+        here, aside = model.weigh(poses, seen(np.array([[0.0, 0.0], [0.0, 50.0]]))).factors
+    assert here > aside >= 0.0  # one beam ends where none can
+
+
 def test_beam_skipping_ignores_a_beam_that_fits_no_particle() -> None:
     field = MapField(grid_5x5(SE2()), 2.0)
     poses = np.array([[1.25, 1.25, 0.0], [1.2, 1.2, 0.0]])
@@ -152,14 +162,21 @@ def grid_with_edge(origin: SE2, edge: int = 100) -> OccupancyGrid:
     return OccupancyGrid(GridFrame(0.5, 5, 5, origin), data)
 
 
-def density(grid: OccupancyGrid, column: int, reading: float, bearing: float = 0.0) -> float:
+def density(
+    grid: OccupancyGrid,
+    column: int,
+    reading: float,
+    bearing: float = 0.0,
+    config: AmclConfig = BEAM,
+    range_max: float = RANGE_MAX,
+) -> float:
     """The model's density of one beam from the middle row and a column, at an angle to the row."""
     x, y = grid.frame.to_point(2, column)
     mount = SE2(0.3, -0.7, 0.4)
     pose: Floats = (SE2(x, y, grid.frame.origin.theta) @ mount.inverse()).array()[np.newaxis]
-    scan = Scan(np.array([reading]), bearing, 0.1, 0.05, RANGE_MAX, T_base_sensor=mount)
-    model = BeamModel(MapField(grid, 2.0), BEAM)
-    factor = model.weigh(pose, ScanView.of(scan, BEAM)).factors[0]
+    scan = Scan(np.array([reading]), bearing, 0.1, 0.05, range_max, T_base_sensor=mount)
+    model = BeamModel(MapField(grid, 2.0), config)
+    factor = model.weigh(pose, ScanView.of(scan, config)).factors[0]
     return float((factor - 1.0) ** (1.0 / 3.0))
 
 
@@ -194,6 +211,11 @@ def test_no_return_has_the_share_of_readings_that_do_not_return() -> None:
     open_to_the_east = grid_with_edge(SE2(), edge=0)
     hit = 0.6  # nothing is expected, nothing is read
     assert density(open_to_the_east, 1, math.inf) == pytest.approx(hit + 0.05, rel=1e-6)
+    far = density(open_to_the_east, 1, math.inf, range_max=100.0)
+    assert far == pytest.approx(hit + 0.05, rel=1e-6)
+    near = replace(BEAM, laser_max_range=1.0)  # nearer than the wall
+    beyond = density(grid_with_edge(SE2()), 1, math.inf, config=near)
+    assert beyond == pytest.approx(hit + 0.05, rel=1e-6)
 
 
 def test_beyond_where_the_map_ends_in_the_unknown_any_reading_is_as_likely() -> None:

@@ -130,6 +130,24 @@ def test_a_robot_may_leave_a_zone_where_asked(overrides: int, inside: int, cost:
     assert layered.costmap.cost_at(1.55, 0.05) == round(40 * 2.54)
 
 
+@pytest.mark.parametrize("size", [4, 9])
+def test_a_zone_goes_with_its_mask_whatever_comes_in_between(size: int) -> None:
+    layered = filtered("KeepoutFilter")
+    give(layered, 0, mask(100, 100))
+    layered.receive("zones", "mask", PlacedMap(mask(*[0] * size)))
+    layered.set_map(
+        OccupancyGrid(GridFrame(0.1, 40, 50, SE2(-2.0, -2.5)), np.zeros((50, 40), np.int8))
+    )
+    layered.update(SE2(), 0.1)
+    assert not layered.costmap.data.any()
+    give(layered, 0, mask(100, 100))
+    assert layered.costmap.data.max() == LETHAL
+    layered.receive("zones", "info", FilterInfo(0, "another_mask"))
+    layered.clear_entirely()  # composes all
+    layered.update(SE2(), 0.2)
+    assert not layered.costmap.data.any()
+
+
 def test_what_a_filter_lacks_is_said_and_it_has_no_effect() -> None:
     layered = filtered("KeepoutFilter")
     assert layered.group.warning() == "zones: no CostmapFilterInfo has come on /info"

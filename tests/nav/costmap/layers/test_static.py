@@ -91,6 +91,16 @@ def test_a_map_that_cannot_be_placed_is_left_out_and_said() -> None:
         assert (layered.costmap.data == (FREE if known else UNKNOWN)).all()
 
 
+def test_what_a_map_showed_goes_with_it() -> None:
+    frames, rng = Frames(), np.random.default_rng(1)
+    layered = rolling(frames)
+    for k, placed in enumerate((True, False)):
+        frames.T_odom_map = SE2() if placed else None
+        layered.receive("static_layer", "map", PlacedMap(random_map(rng), "map"))
+        layered.update(SE2(), float(k))
+        assert (layered.costmap.data != UNKNOWN).any() == placed
+
+
 @pytest.mark.parametrize("frame_id", ["odom", ""])
 def test_a_map_in_the_costmaps_own_frame_needs_no_transform(frame_id: str) -> None:
     frames = Frames()
