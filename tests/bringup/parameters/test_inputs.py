@@ -360,7 +360,7 @@ def test_a_simulator_of_several_robots_is_a_process_of_its_own() -> None:
 @pytest.mark.parametrize("command", ["sim", "nav --without-localization"])
 def test_a_robots_file_is_read_once_a_start(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """It was read up to seven times, 60 to 150 ms each."""
-    read: list[object] = []
+    read: list[str] = []
 
     def counted(file: str, arguments: Any) -> Any:
         read.append(file)
