@@ -158,9 +158,9 @@ def heights_of(robot: RobotModel) -> Heights:
     return Heights(ground, top, max(_clouds(robot).values(), default=0.0))
 
 
-def has_gyro(robot: RobotModel) -> bool:
-    """Return whether an IMU measures how a robot turns."""
-    return robot.settings.first(ImuSettings) is not None
+def needs_fusion(robot: RobotModel) -> bool:
+    """Return whether a robot's wheels tell where it is, and an IMU how it turns."""
+    return robot.settings.first(ImuSettings) is not None and not robot.drive.tells_truth
 
 
 def turning_radius_of(robot: RobotModel) -> float:

@@ -102,11 +102,11 @@ class RobotTopics:
         robot = robot.standard() if config.standard_topics else robot
         settings, self.drive = robot.settings, robot.drive
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
-        # A file that asks for the world's odometry gets it, unless it leaves the frame to a filter.
-        is_wheels = not (self.drive.from_world and "odom_tf" in self.drive.publishes)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
-        self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
+        self.is_fused = bool(
+            config.fused_odometry and self._imu_settings and not self.drive.tells_truth
+        )
         self.fused_topic = self.drive.fused_topic
         if self.is_fused:
             self.drive = wheels_alone(self.drive)

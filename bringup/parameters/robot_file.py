@@ -85,9 +85,9 @@ class Driven:
     @property
     def is_fused(self) -> bool:
         """Whether the filter of wheels and gyro publishes its odometry, if it is simulated."""
-        from arjuna_sim.inputs import has_gyro
+        from arjuna_sim.inputs import needs_fusion
 
-        return bool(has_gyro(self.robot) and self.sim.get("fused_odometry", True))
+        return bool(needs_fusion(self.robot) and self.sim.get("fused_odometry", True))
 
     @property
     def is_shipped(self) -> bool:
