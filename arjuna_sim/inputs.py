@@ -107,7 +107,7 @@ def frames_and_topics(robot: RobotModel) -> dict[str, frozenset[str]]:
         "scan_topic": scans,
         "cloud_topic": clouds | scans if clouds else (),
         "odom_topic": (drive.odometry_topic, drive.fused_topic),
-        "base_frame": robot.urdf.links,
+        "base_frame": {*robot.urdf.links, *(sensor.frame for sensor in sensors)},
         "odom_frame": (drive.odometry_frame,),
     }
     return {key: frozenset(name.strip("/") for name in names) for key, names in found.items()}
