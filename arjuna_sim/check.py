@@ -16,6 +16,7 @@ from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import ORIGIN
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.files.robots.guess import save_guess
 from arjuna_sim.files.robots.robot_file import load_robot, names_drive, split_model
 from arjuna_sim.files.search_path import SearchPath
@@ -27,7 +28,7 @@ from arjuna_sim.model.joints import ControllerKind
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import SOLO, RobotModel, footprint
-from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveKind, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
@@ -175,7 +176,7 @@ def _robot_lines(robot: RobotModel) -> Iterator[str]:
     outline = footprint(robot, urdf.root)
     if len(outline):
         yield f"  outline from above, a costmap's footprint: {outline.tolist()}"
-    yield from _drive_lines(robot.drive, urdf.root, bool(robot.anchored))
+    yield from _drive_lines(robot)
     yield from _joint_lines(robot.settings)
     yield from _sensor_lines(robot.settings, urdf)
     for name, mu in robot.settings.friction.items():
@@ -196,9 +197,10 @@ def _shape(part: Part) -> str:
     return f"{shape.kind.value} {' x '.join(f'{size:.4g}' for size in shape.size)}"
 
 
-def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[str]:
+def _drive_lines(robot: RobotModel) -> Iterator[str]:
+    drive, root = robot.drive, robot.urdf.root
     if not drive.wheels:
-        yield f"  drive: none{', fixed to the world' if anchored else ''}"
+        yield f"  drive: none{', fixed to the world' if robot.anchored else ''}"
         return
     source = f"plugin '{drive.plugin}'" if drive.plugin else "guessed (--save-guess FILE keeps it)"
     yield f"  drive: {source}"
@@ -208,7 +210,11 @@ def _drive_lines(drive: DriveSettings, root: str, anchored: bool) -> Iterator[st
     if drive.steering:
         limit = math.degrees(drive.steering_limit)
         yield f"    steers by {', '.join(drive.steering)}, up to {limit:.3g} deg"
-    yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
+    if drive.kind is DriveKind.STEERED:
+        bend = SteeredBase.of(robot.urdf, drive).turning_radius
+        yield f"    bends of {bend:.3g} m and wider, wheel diameter {drive.diameter:.4g} m"
+    else:
+        yield f"    wheel separation {drive.separation:.4g} m, diameter {drive.diameter:.4g} m"
     turns = f"turns as a track of {drive.effective_track:.4g} m, "
     turns = turns if drive.kind in (DriveKind.SIDES, DriveKind.TRACKED) else ""
     yield f"    {turns}rolls as a radius of {drive.effective_radius:.4g} m"

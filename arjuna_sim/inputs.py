@@ -107,7 +107,7 @@ def frames_and_topics(robot: RobotModel) -> dict[str, frozenset[str]]:
         "scan_topic": scans,
         "cloud_topic": clouds | scans if clouds else (),
         "odom_topic": (drive.odometry_topic, drive.fused_topic),
-        "base_frame": robot.urdf.links,
+        "base_frame": {*robot.urdf.links, *(sensor.frame for sensor in sensors)},
         "odom_frame": (drive.odometry_frame,),
     }
     return {key: frozenset(name.strip("/") for name in names) for key, names in found.items()}
@@ -158,9 +158,9 @@ def heights_of(robot: RobotModel) -> Heights:
     return Heights(ground, top, max(_clouds(robot).values(), default=0.0))
 
 
-def has_gyro(robot: RobotModel) -> bool:
-    """Return whether an IMU measures how a robot turns."""
-    return robot.settings.first(ImuSettings) is not None
+def needs_fusion(robot: RobotModel) -> bool:
+    """Return whether a robot's wheels tell where it is, and an IMU how it turns."""
+    return robot.settings.first(ImuSettings) is not None and not robot.drive.tells_truth
 
 
 def turning_radius_of(robot: RobotModel) -> float:

@@ -24,11 +24,12 @@ from arjuna_sim.model.entities import (
     entity_of_actor,
     entity_of_model,
     entity_of_robot,
+    moving_entities,
 )
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.world import GROUND, World, person
+from arjuna_sim.model.world import GROUND, Movable, World, person
 
 FORMATS = ("sdf", "urdf")
 PRIMITIVES = ("box:X,Y,Z", "cylinder:RADIUS,LENGTH", "sphere:RADIUS", "person")
@@ -168,19 +169,39 @@ def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
 
 
 def _of_model(xml: XmlFile, world: World, undrawn: tuple[str, ...]) -> Entity:
+    """Return a model: one body, which stands fast or moves, and what hangs on that in joints."""
     name = xml.attribute(xml.child(xml.root, "model", "sdf"), "name", "a model")
     bodies = [body for body in world.bodies if body.model != GROUND]
     if not bodies:
         raise xml.fail(f"model '{name}'", "has neither <collision> nor <visual>")
-    parts = dict.fromkeys(body.model for body in bodies)
-    T_world_model = world.models[next(iter(parts))][0].T_world_model
-    own = [dataclasses.replace(b, model=name, T_world_model=T_world_model) for b in bodies]
+    T_world, hung = bodies[0].T_world_model, [e for e in moving_entities(world).values() if e.on]
+    apart = {one.name for one in hung}
+    loose = tuple(dict.fromkeys(body.model for body in bodies if body.model not in apart))
+    own = [dataclasses.replace(b, model=name, T_world_model=T_world) for b in bodies]
+    own = [new for new, body in zip(own, bodies, strict=True) if body.model in loose]
     model = entity_of_model(dataclasses.replace(world, bodies=tuple(own)), name)
-    moves = all(part in world.movable for part in parts)
-    mass = sum(world.movable[part].mass for part in parts) if moves else 0.0
+    held = any(part not in world.movable for part in loose)
+    mass = 0.0 if held else sum(world.movable[part].mass for part in loose)
     entity = _entity(name, model.solid, model.drawn, mass)
-    stiff = ("its joints do not move: what is spawned is one body",) * (len(parts) > 1)
-    return dataclasses.replace(entity, notes=(*undrawn, *stiff))
+    if not held:
+        entity = _moving(entity, world.movable[loose[0]])
+    parts = tuple(
+        dataclasses.replace(
+            _moving(_entity(one.name, one.solid, one.drawn, one.mass), world.movable[one.name]),
+            name=one.name.removeprefix(name),
+            on="" if one.on in loose else one.on.removeprefix(name),
+            start=T_world.inverse() @ one.start,
+        )
+        for one in hung
+    )
+    stiff = ("what of it hangs on nothing is spawned as one body",) * (len(loose) > 1)
+    return dataclasses.replace(entity, hung=parts, notes=(*undrawn, *stiff))
+
+
+def _moving(entity: Entity, as_in: Movable) -> Entity:
+    """Return an entity that moves as a part of a world does."""
+    _, hinge, floats, _, touches = as_in
+    return dataclasses.replace(entity, hinge=hinge, floats=floats, self_collides=touches)
 
 
 def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:

@@ -62,6 +62,9 @@ class Entity:
         on: The entity of the same model that it hangs on; "" where it is the world alone.
         mount: Its first pose in the frame of that entity.
         floats: Whether gravity leaves it alone.
+        self_collides: Whether it touches others of its model.
+        hung: What of its model hangs on it, each before what hangs on that: named and standing as
+            seen from this one, whose name and pose those of all go by.
         spawned: Whether a client put it there, rather than the world's file.
         category: What kind of thing it is.
         description: One line on where it comes from.
@@ -78,6 +81,8 @@ class Entity:
     on: str = ""
     mount: Pose3 = ORIGIN
     floats: bool = False
+    self_collides: bool = False
+    hung: tuple[Entity, ...] = ()
     spawned: bool = False
     category: Category = Category.STATIC_OBJECT
     description: str = ""
@@ -88,6 +93,16 @@ class Entity:
         """Name of its MuJoCo body."""
         return body_name(self.name)
 
+    def whole(self) -> dict[str, Entity]:
+        """Return this and what hangs on it as they stand in the world, by name."""
+        found = {self.name: self}
+        for part in self.hung:
+            name, on = self.name + part.name, self.name + part.on
+            start = self.start @ part.start
+            mount = found[on].start.inverse() @ start
+            found[name] = dataclasses.replace(part, name=name, on=on, start=start, mount=mount)
+        return found
+
     def bounds(self) -> tuple[Floats, Floats]:
         """Return the least and the greatest corner of what is solid, in its own frame [m]."""
         return bounds(self.solid or self.drawn)
@@ -97,7 +112,8 @@ class Entity:
 
         It would be thrown out of the ground there.
         """
-        lowest = float(self.corners(pose)[:, 2].min())
+        placed = dataclasses.replace(self, start=pose).whole().values()
+        lowest = min(float(one.corners(one.start)[:, 2].min()) for one in placed)
         if self.mass == 0.0 or lowest >= 0.0:
             return pose
         x, y, z = pose.position
@@ -163,9 +179,9 @@ def moving_entities(world: World) -> dict[str, Entity]:
         model = entity_of_model(world, name)
         category = Category.DYNAMIC_OBJECT
         part = dataclasses.replace(model, category=category, **movable._asdict())
-        if part.on in moving:
-            mount = moving[part.on].start.inverse() @ part.start
-            part = dataclasses.replace(part, mount=mount)
+        if part.on:
+            carrier = world.models[part.on][0].T_world_model
+            part = dataclasses.replace(part, mount=carrier.inverse() @ part.start)
         moving[name] = part
     return moving
 

@@ -125,6 +125,11 @@ class DriveSettings:
         return 2.0 * self.radius
 
     @property
+    def tells_truth(self) -> bool:
+        """Whether its file asks for the true odometry, and leaves its frame to no filter."""
+        return self.from_world and "odom_tf" in self.publishes
+
+    @property
     def fused_topic(self) -> str:
         """The topic on which a filter of wheels and gyro publishes the odometry."""
         own = self.odometry_topic

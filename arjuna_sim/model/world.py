@@ -188,12 +188,14 @@ class Movable(NamedTuple):
         hinge: How it swings, if it does.
         floats: Whether gravity leaves it alone.
         on: The part or model that it hangs on by its hinge; "" for the world.
+        self_collides: Whether it touches other parts of its model.
     """
 
     mass: float
     hinge: Hinge | None
     floats: bool
     on: str = ""
+    self_collides: bool = False
 
 
 class Mover(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from diagnostic_msgs.msg import DiagnosticArray, DiagnosticStatus, KeyValue
@@ -33,6 +34,7 @@ from arjuna_sim.physics.contacts import ContactLog
 from arjuna_sim.physics.robot_motion import JointStates, Truth
 
 TOPIC = "ground_truth/contacts"
+_TRUTH = "ground_truth/odom"
 
 
 class ContactTopic:
@@ -102,16 +104,17 @@ class RobotTopics:
         robot = robot.standard() if config.standard_topics else robot
         settings, self.drive = robot.settings, robot.drive
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
-        # A file that asks for the world's odometry gets it, unless it leaves the frame to a filter.
-        is_wheels = not (self.drive.from_world and "odom_tf" in self.drive.publishes)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
-        self.is_fused = bool(config.fused_odometry and is_wheels and self._imu_settings)
+        self.is_fused = bool(
+            config.fused_odometry and self._imu_settings and not self.drive.tells_truth
+        )
         self.fused_topic = self.drive.fused_topic
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = robot.urdf.root
         self._truth = config.publish_ground_truth
+        self._truth_out: Any = None
         _check_topics(robot.urdf.path, self.drive, self.settings)
         _check_rates(node, self.settings, config)
         self._node = node
@@ -135,7 +138,9 @@ class RobotTopics:
         if lidar is not None:
             self._scan_out = node.publisher(LaserScan, lidar.topic, qos.SENSOR_PUBLISHER)
         if self._truth:
-            self._truth_out = node.publisher(Odometry, "ground_truth/odom", qos.DEFAULT)
+            theirs = {node.process.absolute(sensor.topic) for sensor in self.settings.sensors}
+            if node.process.absolute(_TRUTH) not in theirs:  # else the file's own says the same
+                self._truth_out = node.publisher(Odometry, _TRUTH, qos.DEFAULT)
             self._static_out = node.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
 
     def rename_odometry(self, topic: str, other: str) -> bool:
@@ -160,7 +165,7 @@ class RobotTopics:
         if self._joints_due is None or self._joints_due.due(now):
             self._publish_joints(observation.joints, now)
         self._publish_sensors(observation)
-        if self._truth and self._truth_out.get_subscription_count() > 0:
+        if self._truth_out is not None and self._truth_out.get_subscription_count() > 0:
             self._truth_out.publish(truth_msg(observation.truth, self._base, now))
 
     def _publish_joints(self, joints: JointStates, now: float) -> None:

@@ -29,7 +29,8 @@ def add_entity(spec: Any, entity: Entity) -> int:
     """
     held = entity.mass == 0.0
     above, pose = spec.worldbody, entity.start
-    if (carrier := spec.body(body_name(entity.on))) is not None and carrier.joints:
+    carrier = spec.body(body_name(entity.on))
+    if carrier is not None and (carrier.joints or carrier.mocap):
         above, pose = carrier, entity.mount
     body = above.add_body(name=entity.body, pos=pose.position, quat=pose.quaternion, mocap=held)
     geoms = [
@@ -54,7 +55,11 @@ def add_entity(spec: Any, entity: Entity) -> int:
 
 
 def let_pass(spec: Any, entities: Collection[Entity]) -> None:
-    """Let what hangs on each other pass through each other, as links of one model do in Gazebo."""
+    """Let what hangs on each other pass through each other, as links of one model do in Gazebo.
+
+    Those that say so touch others of their model all the same, but for what they hang on.
+    """
+    touching = {entity.name for entity in entities if entity.self_collides}
     tops = {entity.name: entity.on for entity in entities if entity.on}
     models: dict[str, list[str]] = {}
     for name in tops:
@@ -63,9 +68,11 @@ def let_pass(spec: Any, entities: Collection[Entity]) -> None:
             top = tops[top]
         models.setdefault(top, [top]).append(name)
     for names in models.values():
-        bodies = [body for name in names if spec.body(body := body_name(name)) is not None]
-        for one, other in itertools.combinations(bodies, 2):
-            spec.add_exclude(bodyname1=one, bodyname2=other)
+        found = [name for name in names if spec.body(body_name(name)) is not None]
+        for one, other in itertools.combinations(found, 2):
+            joined = tops.get(other) == one or tops.get(one) == other
+            if joined or touching.isdisjoint((one, other)):
+                spec.add_exclude(bodyname1=body_name(one), bodyname2=body_name(other))
 
 
 def add_fixture(spec: Any, fixture: Fixture, moving: Collection[str]) -> None:

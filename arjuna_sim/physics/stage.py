@@ -121,7 +121,7 @@ class Stage:
         if entity.trajectory is not None:
             start = Pose3.from_se2(entity.trajectory.pose(walked))
             entity = dataclasses.replace(entity, start=start)
-        self._change({**self._entities, entity.name: entity}, self._taken, entity)
+        self._change({**self._entities, **entity.whole()}, self._taken, entity)
         self._began[entity.name] = self._steps - round(walked / self._timestep)
 
     def delete(self, name: str) -> None:
@@ -153,8 +153,8 @@ class Stage:
             moved = dataclasses.replace(entity, start=pose)
             self._change({**self._entities, name: moved}, self._taken, moved)
             return
-        if name not in self._entities:  # a model of the static world
-            entities, taken = {**self._entities, name: entity}, self._taken | {name}
+        if name not in self._entities:  # a model of the static world, before what hangs on it
+            entities, taken = {name: entity, **self._entities}, self._taken | {name}
             self._change(entities, taken)
         before = self.motion(name).pose
         self._put(entity, pose)
@@ -326,7 +326,8 @@ class Stage:
 
     def _touched_robot(self, entity: Entity) -> str | None:
         mujoco.mj_fwdPosition(self.scene.model, self.data)
-        return next((name for name in self.robots if entity.name in self.contacts(name)), None)
+        own = entity.whole().keys()
+        return next((r for r in self.robots if not own.isdisjoint(self.contacts(r))), None)
 
     def settle(self) -> None:
         """Bring positions and velocities up to the state."""

@@ -6,6 +6,7 @@ import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from fnmatch import fnmatchcase
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,7 @@ from bringup.parameters.files import (
 from bringup.parameters.foreign.nav2 import section_as_today
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
-from bringup.parameters.robot_file import contradictions, of_robot, other_names
+from bringup.parameters.robot_file import Driven, contradictions, of_robot, other_names
 from bringup.parameters.sources import as_theirs, known_keys, of_words
 from bringup.stack import (
     GLOBAL_COSTMAP,
@@ -138,6 +139,9 @@ def check_file(path: Path, robot: str = "") -> Checked:
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
+    from arjuna_sim.inputs import named_robot
+
+    read_robot = cache(named_robot)
     try:
         source = of_file(path)
         read = checked(source, shipped_parameters())
@@ -153,11 +157,11 @@ def check_file(path: Path, robot: str = "") -> Checked:
         read.remarks.extend(alone.remarks)
         read.problems.extend(alone.problems)
     if not read.problems:
-        sim, locate = {"robot": robot}, _locator(source)
+        driven, locate = Driven({"robot": robot}, read_robot), _locator(source)
         groups = STACKS["nav"]
-        parameters = merged(read.parameters, of_robot(read.parameters, sim, groups))
-        others = other_names(parameters, sim, groups) if robot else ()
-        for one in (*contradictions(parameters, sim), *others):
+        parameters = merged(read.parameters, of_robot(read.parameters, driven, groups))
+        others = other_names(parameters, driven, groups) if robot else ()
+        for one in (*contradictions(parameters, driven), *others):
             read.remarks.append(one._replace(location=locate(one.where)))
     for spec in all_nodes():
         values = for_node(read.parameters, spec.name)
@@ -167,7 +171,7 @@ def check_file(path: Path, robot: str = "") -> Checked:
             read.remarks.append(Remark(Kind.NO_EFFECT, f"{spec.name}: yaml_filename", reason))
             continue
         try:
-            read_named_files(spec, values)
+            read_named_files(spec, values, read_robot)
         except ArjunaError as error:
             read.problems.append(f"{path}: {spec.name}: {error}")
     return read
@@ -278,18 +282,23 @@ def _lacking_map(values: Mapping[str, Any]) -> str:
     return "" if Path(name).exists() else name
 
 
-def read_named_files(spec: NodeSpec, values: Mapping[str, Any]) -> None:
+def read_named_files(
+    spec: NodeSpec, values: Mapping[str, Any], read_robot: Callable[[str, str], object]
+) -> None:
     """Read the files that a node's parameters name: a bad one is refused before anything starts.
+
+    Args:
+        read_robot: Reads a robot's file with its arguments.
 
     Raises:
         ArjunaError: One cannot be used.
     """
-    from arjuna_sim.inputs import named_robot, named_world
+    from arjuna_sim.inputs import named_world
 
     robots = [values.get("robot")] if spec.name in ("sim", "robot_state_publisher") else []
     robots += values.get("robots") or [] if spec.name == "sim" else []
     for path in filter(None, robots):
-        named_robot(path, values.get("robot_arguments", ""))
+        read_robot(path, values.get("robot_arguments", ""))
     if spec.name == "sim" and values.get("viewer"):
         from arjuna_sim.physics.viewer import need_screen
 

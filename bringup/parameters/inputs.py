@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import argparse
 import sys
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from contextlib import closing
+from functools import cache
 from typing import Any
 
 from arjuna_core.errors import ArjunaError, ConfigError
@@ -21,6 +22,7 @@ from bringup.parameters.files import (
 )
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_file import (
+    Driven,
     contradictions,
     lacking,
     of_robot,
@@ -90,6 +92,8 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     Raises:
         ArjunaError: A file cannot be used, or a node, key or value is not valid.
     """
+    from arjuna_sim.inputs import named_robot
+
     take_robots_of_world(arguments)
     groups, given = groups_of(arguments), vars(arguments)
     namespace, supervised = given.get("namespace", ""), arguments.command != "demo"
@@ -108,11 +112,14 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
             del parameters[section]
     options = of_options(given, groups, parameters)
     specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
+    read_robot = cache(named_robot)  # each once a start
     for spec in specs:
-        read_named_files(spec, for_node(merged(parameters, options), spec.name))
+        read_named_files(spec, for_node(merged(parameters, options), spec.name), read_robot)
     if supervised:
         parameters = _with_clock(parameters, specs, given.get("use_sim_time"), ask)
-    parameters, unlike = _of_robot(parameters, arguments.command, options, groups, namespace, ask)
+    parameters, unlike = _of_robot(
+        parameters, arguments.command, options, groups, namespace, ask, read_robot
+    )
     remarks = [*read.remarks, *unlike]
     write_remarks(one for one in remarks if not (supervised and one.safety))
     parameters = merged(parameters, options)
@@ -132,6 +139,7 @@ def _of_robot(
     groups: Sequence[Group],
     namespace: str,
     ask: bool,
+    read_robot: Callable[[str, str], Any],
 ) -> tuple[Parameters, list[Remark]]:
     """Return parameters with what the robot's own file adds to them, and what contradicts it.
 
@@ -143,14 +151,15 @@ def _of_robot(
         if not robot.get("robot") and ask:
             robot = _robot_of_simulator(namespace)
             simulated = bool(robot)
+    driven = Driven(robot, read_robot)
     if simulated or "robot" in robot:
         named = merged(parameters, options)
-        parameters = merged(parameters, of_robot(named, robot, groups, simulated))
+        parameters = merged(parameters, of_robot(named, driven, groups, simulated))
     known = NAVIGATION_GROUP in groups and (simulated or "robot" in robot)
-    remarks = list(contradictions(parameters, robot)) if known else []
+    remarks = list(contradictions(parameters, driven)) if known else []
     if known and simulated:
-        remarks += lacking(robot)
-        remarks += other_names(merged(parameters, options), robot, groups, namespace)
+        remarks += lacking(driven)
+        remarks += other_names(merged(parameters, options), driven, groups, namespace)
     return parameters, remarks
 
 

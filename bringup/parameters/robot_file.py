@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -62,9 +64,41 @@ _MAPS = {"odom_frame": {"map"}}
 """Frames that others than the robot give: a local costmap may be in the map's."""
 
 
+@dataclass(frozen=True)
+class Driven:
+    """A driven robot, as the simulator's parameters have it.
+
+    Attributes:
+        sim: Those parameters, which name its file.
+        read: Reads a robot of the parameters `robot` and `robot_arguments`.
+    """
+
+    sim: Mapping[str, Any]
+    read: Callable[[str, str], Any]
+
+    @cached_property
+    def robot(self) -> Any:
+        """The robot, with the topics that the simulator gives it."""
+        robot = self.read(self.sim.get("robot", ""), self.sim.get("robot_arguments", ""))
+        return robot.standard() if self.sim.get("standard_topics") else robot
+
+    @property
+    def is_fused(self) -> bool:
+        """Whether the filter of wheels and gyro publishes its odometry, if it is simulated."""
+        from arjuna_sim.inputs import needs_fusion
+
+        return bool(needs_fusion(self.robot) and self.sim.get("fused_odometry", True))
+
+    @property
+    def is_shipped(self) -> bool:
+        """Whether it is the shipped one."""
+        file = self.sim.get("robot")
+        return not file or Path(file) == shipped_file("urdf/arjuna.urdf")
+
+
 def of_robot(
     parameters: Parameters,
-    sim: Mapping[str, Any],
+    driven: Driven,
     groups: Iterable[Group],
     simulated: bool = True,
 ) -> Parameters:
@@ -80,36 +114,36 @@ def of_robot(
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
-    own = {} if _is_shipped(sim) else _of_another_robot(parameters, sim, groups, simulated)
+    own = {} if driven.is_shipped else _of_another_robot(parameters, driven, groups, simulated)
     values = parameters.get(LOCAL_COSTMAP.name, {})
     if not values.get("body") and any(LOCAL_COSTMAP in group.nodes for group in groups):
-        left_out = _left_out(merged(parameters, own), sim, (LOCAL_COSTMAP,), padded=False)
+        left_out = _left_out(merged(parameters, own), driven, (LOCAL_COSTMAP,), padded=False)
         outline = own.get(LOCAL_COSTMAP.name, {}).get("footprint")
         if body := outline or next((body for _, body, _ in left_out), ""):
             own = merged(own, {LOCAL_COSTMAP.name: {"body": body}})
     return own
 
 
-def contradictions(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[Remark]:
-    """Yield where the parameters of all nodes contradict a robot's file, which `sim` names.
+def contradictions(parameters: Parameters, driven: Driven) -> Iterator[Remark]:
+    """Yield where the parameters of all nodes contradict a robot's file.
 
     Raises:
         ArjunaError: The robot's file cannot be used.
     """
     found: dict[tuple[str, str], list[str]] = {}
-    for where, body, reason in _left_out(parameters, sim, (LOCAL_COSTMAP, GLOBAL_COSTMAP)):
+    for where, body, reason in _left_out(parameters, driven, (LOCAL_COSTMAP, GLOBAL_COSTMAP)):
         found.setdefault((reason, body), []).append(where)
     for (reason, body), (where, *others) in found.items():
         too = f" ({others[0].partition('/')[0]} too)" if others else ""
         advice = f"its own outline: --param 'footprint:={body}'"
         text = f"{reason} and can touch obstacles{too}; {advice}"
         yield Remark(Kind.UNLIKE, where, text, safety=True)
-    bends = () if _is_shipped(sim) else _other_bends(parameters, sim)
-    for where, reason in (*_sideways(parameters, sim), *bends):
+    bends = () if driven.is_shipped else _other_bends(parameters, driven.robot)
+    for where, reason in (*_sideways(parameters, driven.robot), *bends):
         yield Remark(Kind.UNLIKE, where, reason)
 
 
-def lacking(sim: Mapping[str, Any]) -> Iterator[Remark]:
+def lacking(driven: Driven) -> Iterator[Remark]:
     """Yield what a simulated robot's file lacks: a lidar, its odometry as a transform.
 
     Where its file leaves that transform to a filter, there is none here without an IMU.
@@ -119,14 +153,14 @@ def lacking(sim: Mapping[str, Any]) -> Iterator[Remark]:
     """
     from arjuna_sim.inputs import frames_and_topics
 
-    robot = _named(sim)
+    robot = driven.robot
     if not frames_and_topics(robot)["scan_topic"]:
         reason = (
             "its file has no lidar: nothing shows where it is on a map, and it does not drive"
             " before a node of yours publishes scans"
         )
         yield Remark(Kind.UNLIKE, "sim: robot", reason)
-    if _is_fused(robot, sim) or "odom_tf" in robot.drive.publishes:
+    if driven.is_fused or "odom_tf" in robot.drive.publishes:
         return
     frames = f"{robot.drive.odometry_frame} -> {robot.urdf.root}"
     reason = (
@@ -137,7 +171,7 @@ def lacking(sim: Mapping[str, Any]) -> Iterator[Remark]:
 
 
 def other_names(
-    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], namespace: str = ""
+    parameters: Parameters, driven: Driven, groups: Iterable[Group], namespace: str = ""
 ) -> Iterator[Remark]:
     """Yield the topics and frames that nothing gives where a simulated robot drives.
 
@@ -148,8 +182,7 @@ def other_names(
     """
     from arjuna_sim.inputs import frames_and_topics, names_of
 
-    robot = _named(sim)
-    its, given = names_of(robot, _is_fused(robot, sim)), frames_and_topics(robot)
+    its, given = names_of(driven.robot, driven.is_fused), frames_and_topics(driven.robot)
     if fusion_nodes(parameters):
         del given["odom_topic"], given["odom_frame"]
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
@@ -176,32 +209,13 @@ def other_names(
         yield Remark(Kind.UNLIKE, where, f"{reason} {advice}")
 
 
-def _named(sim: Mapping[str, Any]) -> Any:
-    """Return a robot with the topics that the simulator gives it."""
-    from arjuna_sim.inputs import named_robot
-
-    robot = named_robot(sim.get("robot", ""), sim.get("robot_arguments", ""))
-    return robot.standard() if sim.get("standard_topics") else robot
-
-
-def _is_fused(robot: Any, sim: Mapping[str, Any]) -> bool:
-    """Return whether the filter of wheels and gyro publishes a simulated robot's odometry."""
-    from arjuna_sim.inputs import has_gyro
-
-    return bool(has_gyro(robot) and sim.get("fused_odometry", True))
-
-
-def _is_shipped(sim: Mapping[str, Any]) -> bool:
-    return not sim.get("robot") or Path(sim["robot"]) == shipped_file("urdf/arjuna.urdf")
-
-
 def _of_another_robot(
-    parameters: Parameters, sim: Mapping[str, Any], groups: Iterable[Group], simulated: bool
+    parameters: Parameters, driven: Driven, groups: Iterable[Group], simulated: bool
 ) -> Parameters:
     from arjuna_nav.exploration.frontiers import ExplorationConfig
     from arjuna_sim.inputs import axle_of, footprint_of, names_of, sight_of, turning_radius_of
 
-    robot, shipped = _named(sim), shipped_parameters()
+    robot, shipped = driven.robot, shipped_parameters()
 
     def is_set(node: str, key: str) -> bool:
         """Return whether a file gives a value that is not the shipped one."""
@@ -209,7 +223,7 @@ def _of_another_robot(
 
     found = Parameters()
     if simulated:
-        is_fused = _is_fused(robot, sim)
+        is_fused = driven.is_fused
         named = of_names(names_of(robot, is_fused), groups, parameters, is_set)
         found = merged(named, _heights(robot, parameters), _BY_GYRO if is_fused else {})
     own = {
@@ -287,7 +301,7 @@ def _base_frame(parameters: Parameters, node: str = LOCAL_COSTMAP.name, prefix: 
 
 def _left_out(
     parameters: Parameters,
-    sim: Mapping[str, Any],
+    driven: Driven,
     costmaps: Iterable[NodeSpec],
     padded: bool = True,
 ) -> Iterator[tuple[str, str, str]]:
@@ -295,10 +309,9 @@ def _left_out(
     from arjuna_nav.costmap.footprint import Footprint
     from arjuna_sim.inputs import footprint_of
 
-    robot = _named(sim)
     for spec in costmaps:
         config: Any = load(spec.config, for_node(parameters, spec.name), spec.name)
-        text = footprint_of(robot, config.robot_base_frame)
+        text = footprint_of(driven.robot, config.robot_base_frame)
         if not text:
             continue
         given = config.footprint, config.robot_radius, config.footprint_padding * padded
@@ -314,11 +327,11 @@ def _left_out(
         yield f"{spec.name}: {key}", text, f"{value}, but the robot's body {reach}"
 
 
-def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _sideways(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
     """Give each controller's parameter that drives sideways, where the robot cannot."""
     from arjuna_sim.inputs import moves_sideways
 
-    if moves_sideways(_named(sim)):
+    if moves_sideways(robot):
         return
     server = parameters.get(CONTROLLER_SERVER.name, {})
     for name in server.get("controller_plugins", ()):
@@ -334,11 +347,11 @@ def _sideways(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[
         yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
 
 
-def _other_bends(parameters: Parameters, sim: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
+def _other_bends(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
     """Give each parameter that contradicts the robot's steering, and the reason."""
     from arjuna_sim.inputs import turning_radius_of
 
-    radius = turning_radius_of(_named(sim))
+    radius = turning_radius_of(robot)
     for node in _STEERED:
         said = parameters.get(node, {}).get(_RADIUS, 0.0)
         where = f"{node}: {_RADIUS}"

@@ -9,7 +9,9 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.check import check, is_robot
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.inputs import turning_radius_of
 from bringup.cli import OK, REFUSED, parse, run
 from tests.sim.builders import ROBOT, ROOM, ROOT, texts
 
@@ -106,6 +108,16 @@ def test_path_and_arguments_reach_macros(
     assert "wheel separation 0.4 m, diameter 0.12 m" in said
     assert "argument 'colour' is used nowhere" in said
     assert os.environ["ROS_PACKAGE_PATH"] == str(folder)
+
+
+@pytest.mark.usefixtures("without_sills")
+def test_a_car_has_bends_and_no_tracks(capsys: pytest.CaptureFixture[str]) -> None:
+    """Of a tricycle, twice the wheelbase was told as its wheels' separation."""
+    assert run(parse(["sim", "--check", str(ROOT / "tests/bench/car/car.urdf")])) == OK
+    said = capsys.readouterr().out
+    radius = turning_radius_of(load_robot(ROOT / "tests/bench/car/car.urdf"))
+    assert f"bends of {radius:.3g} m and wider" in said
+    assert "wheel separation" not in said
 
 
 @pytest.mark.usefixtures("without_sills")

@@ -38,7 +38,8 @@ from arjuna_sim.model.urdf import Urdf
 
 _BARE = {BATTERY: BATTERY, "hectorgazeborosgps": "gps", "hectorgazeborosmagnetic": "magnetometer"}
 """Types of plugins that are sensors of a kind by themselves, without a `<sensor>`."""
-_TRUE = ("p3d", "odometrypublisher")  # kinds of plugins that publish true motion
+_PUBLISHER = "odometrypublisher"
+_TRUE = ("p3d", _PUBLISHER)  # kinds of plugins that publish true motion
 
 
 class TagReader:
@@ -51,6 +52,7 @@ class TagReader:
         tracks: The links that are its left and its right tracks.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
+        truths: By their topics, the frames that OdometryPublishers' messages are in.
 
     Raises:
         RobotError: A plugin names a joint or link that does not exist, or a value is invalid.
@@ -65,6 +67,7 @@ class TagReader:
         self.tracks: Sides = (), ()
         self.reported: dict[str, None] = {}
         self.report_rate = 0.0
+        self.truths: dict[str, str] = {}
         self._sensors: list[SensorSettings] = []
         self._renamed: dict[str, dict[str, Any]] = {}
         published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
@@ -125,6 +128,9 @@ class TagReader:
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self._sensor(SensorTag(self._xml, plugin, body), truth)
+            if truth == _PUBLISHER:
+                frame = text_of(plugin, "odomframe", default="odom")
+                self.truths[self._sensors[-1].topic.lstrip("/")] = frame
         elif "realsensegazeboplugin" in types_of(plugin):
             self._renamed |= realsense_outputs(plugin)
         elif is_done(plugin):

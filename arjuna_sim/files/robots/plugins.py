@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import re
 from collections.abc import Collection
 from typing import Any
@@ -243,6 +244,9 @@ def limits_of(
 ) -> dict[str, Any]:
     """Return the fields of a drive that are limits, from the tags of its speed and its turn rate.
 
+    Those of Gazebo Sim's systems hold in one direction: who names no least acceleration brakes at
+    once.
+
     Raises:
         RobotError: A value is invalid.
     """
@@ -255,6 +259,9 @@ def limits_of(
         text = "" if tag is None else text_of(tag, *names)
         return max(0.0, -xml.numbers(text, 1, f"{label} <{names[0]}>")[0]) if text else 0.0
 
+    def down(tag: Element | None, names: tuple[str, ...], *ups: str) -> float:
+        return least(tag, *names) or (math.inf if most(tag, *ups) > 0.0 else 0.0)
+
     def jerk(tag: Element | None, part: str) -> float:
         found = most(tag, f"max{part}jerk", "maxjerk"), least(tag, f"min{part}jerk", "minjerk")
         return min((each for each in found if each > 0.0), default=0.0)
@@ -263,11 +270,11 @@ def limits_of(
         "max_velocity": most(linear, *_SPEED),
         "max_reverse": least(linear, *_BACK),
         "max_acceleration": most(linear, *_ACCELERATION),
-        "max_deceleration": least(linear, *_BRAKING),
+        "max_deceleration": down(linear, _BRAKING, "maxlinearacceleration", "maxacceleration"),
         "max_jerk": jerk(linear, "linear"),
         "max_turn": most(angular, *_TURN),
         "max_turn_acceleration": most(angular, *_TURN_ACCELERATION),
-        "max_turn_deceleration": least(angular, *_TURN_BRAKING),
+        "max_turn_deceleration": down(angular, _TURN_BRAKING, *_TURN_ACCELERATION),
         "max_turn_jerk": jerk(angular, "angular"),
     }
 
@@ -311,8 +318,12 @@ def _sides(
     xml: XmlFile, label: str, urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]
 ) -> Sides:
     _check_joints(xml, label, urdf, left + right)
-    if len(set(left + right)) < len(left + right):
-        raise xml.fail(label, "names a joint twice")
+    if both := set(left) & set(right):
+        raise xml.fail(label, f"has '{min(both)}' on both sides")
+    once = tuple(dict.fromkeys(left)), tuple(dict.fromkeys(right))
+    if once != (left, right):
+        xml.note(f"{label}: names a joint twice: it counts once")
+        left, right = once
     return facing_ahead(xml, label, urdf, left, right)
 
 

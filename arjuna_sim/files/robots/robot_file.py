@@ -148,8 +148,10 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     sensors, (urdf, drive, reported) = read.sensors(), _driven(xml, urdf, read, tags)
     if read.drive is None and read.wheelless is not None:
         drive = strictest(with_outputs_of(read.wheelless, drive), vars(drive))
+    own = drive.odometry_topic.lstrip("/")
+    if own in read.truths:  # Gazebo's drives publish below /model where their tags say nothing
+        drive = dataclasses.replace(drive, from_world=True, odometry_frame=read.truths[own])
     if drive.from_world:  # what else publishes on its odometry's topic says the same
-        own = drive.odometry_topic.lstrip("/")
         sensors = tuple(s for s in sensors if s.topic.lstrip("/") != own)
     if not drive.grips:
         for text in tags.uneven:

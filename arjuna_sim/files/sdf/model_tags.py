@@ -49,6 +49,7 @@ class SdfLink:
         drawn: What is only seen, in the world.
         sensors: The tags of its sensors and their poses in the world.
         lights: Its lights, in the world.
+        self_collides: Whether it touches other links of its model.
     """
 
     element: Element
@@ -62,6 +63,7 @@ class SdfLink:
     drawn: list[Part] = field(default_factory=list)
     sensors: list[tuple[Element, Pose3]] = field(default_factory=list)
     lights: list[Light] = field(default_factory=list)
+    self_collides: bool = False
 
 
 @dataclass(frozen=True)
@@ -149,7 +151,8 @@ class ModelReader:
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         for link in model.findall("link"):
             with self._leaving_out(xml, f"{label} link '{link.get('name', '?')}'"):
-                self._links.append(self._link(xml, link, scope, T_world, (prefix, label, static)))
+                of = prefix, label, static, model
+                self._links.append(self._link(xml, link, scope, T_world, of))
         for joint in model.findall("joint"):
             with self._leaving_out(xml, f"{label} joint '{joint.get('name', '?')}'"):
                 self._joints.append(read_joint(xml, joint, scope, T_world, prefix))
@@ -181,18 +184,25 @@ class ModelReader:
             joint.set("name", f"{path}{name}" if name in own else name)
 
     def _link(
-        self, xml: XmlFile, link: Element, scope: Scope, T_model: Pose3, of: tuple[str, str, bool]
+        self,
+        xml: XmlFile,
+        link: Element,
+        scope: Scope,
+        T_model: Pose3,
+        of: tuple[str, str, bool, Element],
     ) -> SdfLink:
-        prefix, label, static = of
+        prefix, label, static, model = of
         T_model_link = scope.pose(link, f"{label} link")
         for tag in sorted({child.tag for child in link} - set(_OF_LINK)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
+        touches = is_true(link.findtext("self_collide") or model.findtext("self_collide"))
         text = link.findtext("inertial/mass")
         mass = None if text is None else xml.numbers(text, 1, f"{label} <mass>")[0]
         name = prefix + link.get("name", "?").strip()
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
+        read.self_collides = touches
         if self._is_robot:
             label = f"link '{name.replace('::', '/')}'"
         for sensor in link.findall("sensor"):

@@ -306,7 +306,9 @@ class _Reader:
             if moves:
                 floats = all(link.floats for link in group.links)
                 on = "" if group.on is None else names[group.on]
-                self.movable[called] = Movable(self._mass(called, group), group.hinge, floats, on)
+                touches = any(link.self_collides for link in group.links)
+                mass = self._mass(called, group)
+                self.movable[called] = Movable(mass, group.hinge, floats, on, touches)
                 if is_mover(model) and called == name:
                     self.movers[name] = read_mover(xml, model, name)
                     self.known.append(model)

@@ -26,6 +26,7 @@ from arjuna_sim.inputs import named_robot
 from bringup.client.simulator import SimulatorClient, SimulatorError, resource_of
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.programs.gz_tools import command_of
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
 from bringup.ros2.worlds import ENDINGS, world_of
 
@@ -33,7 +34,6 @@ _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
 _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "service", "topic")
-_INSTEAD = "'ros2 topic', 'ros2 service' and 'arjuna entity' see and change the world"
 
 
 def serve(words: list[str]) -> None:
@@ -42,7 +42,8 @@ def serve(words: list[str]) -> None:
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
     if words[:1] and words[0] in _TOOLS:
-        raise Ros2Error(f"'gz {words[0]}' asks Gazebo itself, which is not here; {_INSTEAD}")
+        _as_tool(words)
+        return
     wanted: list[list[str]] = []
     folder = own_folder("robot")  # as long as the simulator that this process becomes
 
@@ -83,6 +84,19 @@ def serve(words: list[str]) -> None:
             wanted.append(["--without-description"] if described else [])
         client.pause(0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
+
+
+def _as_tool(words: list[str]) -> None:
+    """Do what `gz topic`, `gz service` or `gz model` does."""
+    program, own = command_of(words)
+    if program == "create":
+        create(own)
+    elif program == "ros2":
+        from bringup.ros2.main import main  # which knows all programs, this one too
+
+        raise SystemExit(main(own))
+    else:
+        arjuna(program, own)
 
 
 def named_world(words: list[str]) -> str:

@@ -12,6 +12,8 @@ from arjuna_core.config import flatten, load
 from arjuna_core.files.shipped import shipped_file
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.layers.observations import sources_of
+from arjuna_sim import inputs
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_slam.config import SlamConfig
 from bringup.cli import parse
 from bringup.parameters.files import for_node
@@ -353,3 +355,17 @@ def test_a_simulator_of_several_robots_is_a_process_of_its_own() -> None:
     several = parse(["sim", "--namespace", "a", "--namespace", "b"])
     assert groups_of(several) == (WORLD_GROUP,)
     assert groups_of(parse(["nav", "--slam", "--namespace", "a"]))[0] == SLAM_GROUP
+
+
+@pytest.mark.parametrize("command", ["sim", "nav --without-localization"])
+def test_a_robots_file_is_read_once_a_start(command: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """It was read up to seven times, 60 to 150 ms each."""
+    read: list[str] = []
+
+    def counted(file: str, arguments: Any) -> Any:
+        read.append(file)
+        return load_robot(file, arguments=arguments)
+
+    monkeypatch.setattr(inputs, "load_robot", counted)
+    gather(parse([*command.split(), "--robot", "tests/bench/car/car.urdf"]))
+    assert [Path(file).name for file in read] == ["car.urdf"]

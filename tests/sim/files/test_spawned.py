@@ -284,22 +284,31 @@ def test_what_is_only_seen_is_left_out_of_what_is_spawned(
     assert f"'{look}'" in found.notes[0]
 
 
-@pytest.mark.parametrize(("parent", "mass"), [("l", 9.0), ("world", 0.0)])
-def test_a_spawned_model_of_several_links_is_one_body(parent: str, mass: float) -> None:
-    """Drawers were lost of a chest, and the leaf of a door."""
-    joint = (
-        f"<joint name='j' type='revolute'><parent>{parent}</parent><child>d</child><axis/></joint>"
-    )
+@pytest.mark.parametrize(("parent", "mass"), [("l", 7.0), ("world", 0.0)])
+def test_a_spawned_model_hangs_in_its_joints_as_one_of_a_world(parent: str, mass: float) -> None:
+    joint = "<joint name='j' type='revolute'><parent>l</parent><child>d</child><axis/></joint>"
     drawer = (
         f"<link name='d'><pose>1 0 0 0 0 0</pose><inertial><mass>2</mass></inertial>{SOLID}</link>"
     )
-    chest = model(HEAVY + SOLID, joint + drawer, "chest")
-    found = read(sdf(chest if parent == "l" else chest.replace("<joint", FAST + "<joint")))
-    assert (len(found.solid), found.mass, found.name) == (2, mass, "chest")
-    assert found.notes == ("its joints do not move: what is spawned is one body",)
-    (near, _), (low, high) = found.solid, found.bounds()
-    assert near.pose.position == pytest.approx((0.0, 0.0, 0.0))
-    assert high[0] - low[0] == pytest.approx(1.2)
+    more = f"</link>{joint}{drawer}{FAST * (parent == 'world')}</model>"
+    chest = model(HEAVY + SOLID, name="chest").replace("</link></model>", more)
+    found = read(sdf(chest))
+    assert (len(found.solid), found.mass, found.name, found.notes) == (1, mass, "chest", ())
+    (leaf,) = found.hung
+    assert (leaf.name, leaf.on, leaf.mass, leaf.hinge is not None) == ("::d", "", 2.0, True)
+    placed = dataclasses.replace(found, name="mine", start=Pose3((2.0, 0.0, 0.0))).whole()
+    assert list(placed) == ["mine", "mine::d"]
+    assert placed["mine::d"].on == "mine"
+    assert placed["mine::d"].start.position == pytest.approx((3.0, 0.0, 0.0))
+
+
+def test_links_of_a_spawned_model_that_nothing_connects_are_one_body() -> None:
+    far = (
+        f"<link name='d'><pose>5 0 0 0 0 0</pose><inertial><mass>2</mass></inertial>{SOLID}</link>"
+    )
+    found = read(sdf(model(HEAVY + SOLID, far)))
+    assert (len(found.solid), found.mass, found.hung) == (2, 9.0, ())
+    assert found.notes == ("what of it hangs on nothing is spawned as one body",)
 
 
 @pytest.mark.parametrize("name", ["it does not exist", "left out", "not simulated"])

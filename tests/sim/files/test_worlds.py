@@ -19,6 +19,7 @@ from arjuna_sim.files import world_file
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import WALLS, load_map_world, load_world, rectangles
 from arjuna_sim.model.geometry.walls import surfaces
+from arjuna_sim.model.world import Movable
 from tests.sim.builders import ROOM, ROOT, run, saved_world, simulator, texts
 
 BOX = """<link name="{link}">{pose}<inertial><mass>{mass}</mass></inertial>
@@ -62,7 +63,7 @@ def test_a_file_from_before_sdf_had_its_name_is_read(tmp_path: Path) -> None:
     assert (pillar.shape.size, pillar.friction) == ((0.2, 1.0), 0.4)
     crate = next(body.part.shape.size for body in world.bodies if body.model == "crate")
     assert (crate, world.gravity[2]) == ((0.5, 0.4, 0.5), -5.0)
-    assert world.movable == {"crate": (7.0, None, False, "")}
+    assert world.movable == {"crate": Movable(7.0, None, False)}
     assert texts(world.notes) == ("plugin 'p': not simulated",)
 
 

@@ -9,7 +9,11 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
+from arjuna_sim.files.library import Library
+from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.spawned import read_entity
 from arjuna_sim.model.entities import EntityError
+from arjuna_sim.nodes.services.entities import placed
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import run, saved_world, simulator
 
@@ -31,7 +35,7 @@ def joint(kind: str, parent: str, child: str, axis: str) -> str:
     return f"<joint name='{child}' type='{kind}'>{ends}{along}</joint>"
 
 
-def chest(folder: Path, more: str = "", drawers: int = 3) -> Simulation:
+def chest(folder: Path, more: str = "", drawers: int = 3, spawned: bool = False) -> Simulation:
     """Return a chest of 0.8 m ahead whose drawers and knobs lie within it, as Gazebo allows."""
     inside = box("body", "0 0 0.4", "0.5 0.6 0.8", 30.0) + more
     for i in range(drawers):
@@ -41,24 +45,57 @@ def chest(folder: Path, more: str = "", drawers: int = 3) -> Simulation:
         inside += box(f"k{i}", f"0.27 0 {z}", "0.1 0.03 0.03", 0.1)
         inside += joint("revolute", f"d{i}", f"k{i}", "1 0 0")
     model = f"<model name='chest'><pose>3 0 0 0 0 0</pose>{inside}</model>"
-    return simulator(saved_world(folder, GROUND + model))
+    if not spawned:
+        return simulator(saved_world(folder, GROUND + model))
+    sim = simulator(saved_world(folder, GROUND))
+    entity = read_entity("", f"<sdf>{model}</sdf>", Library(folder, SearchPath()))
+    place = Pose3((3.0, 0.0, 0.0 if more else 0.4))
+    sim.stage.spawn(placed(entity, "chest", place))
+    return sim
 
 
+@pytest.mark.parametrize("spawned", [False, True])
 @pytest.mark.parametrize("more", ["", FIXED])
 @pytest.mark.parametrize("count", [1, 3])
-def test_parts_of_a_model_pass_through_each_other(more: str, count: int, tmp_path: Path) -> None:
+def test_parts_of_a_model_pass_through_each_other(
+    more: str, count: int, spawned: bool, tmp_path: Path
+) -> None:
     """A drawer within its chest jumped out of it by 0.46 m, past its limit of 0.4 m."""
-    sim = chest(tmp_path, more, count)
-    before = {name: sim.stage.motion(name).pose.position for name in sim.world.movable}
+    sim = chest(tmp_path, more, count, spawned)
+    names = [one.name for one in sim.stage.entities if one.mass > 0.0]
+    before = {name: sim.stage.motion(name).pose.position for name in names}
     assert len(before) == 2 * count + (not more)
     run(sim, 2.0)
     for name, position in before.items():
         assert sim.stage.motion(name).pose.position == pytest.approx(position, abs=2e-3)
 
 
-def test_what_hangs_on_a_thing_goes_with_it(tmp_path: Path) -> None:
-    sim = chest(tmp_path)
-    sim.stage.move("chest", Pose3((3.0, 2.0, 0.4)))
+@pytest.mark.parametrize("of", ["model", "link"])
+def test_parts_that_collide_with_their_model_do(of: str, tmp_path: Path) -> None:
+    """`<self_collide>` was not read: a cube fell through another's cube of its model."""
+    tag = "<self_collide>1</self_collide>"
+    lift, upper = box("lift", "0 0 1.2", "0.2 0.2 0.2", 1.0), box("m", "0 0 0.9", "0.1 0.1 0.1", 1)
+    lower = box("stop", "0 0 0.3", "0.2 0.2 0.2", 1.0)
+    axis = "<axis><xyz>0 0 1</xyz><limit><lower>-1</lower><upper>0.2</upper></limit></axis>"
+    slide = (
+        f"<joint name='s' type='prismatic'><parent>body</parent><child>lift</child>{axis}</joint>"
+    )
+    tied = "<joint name='t' type='fixed'><parent>lift</parent><child>m</child></joint>"
+    hold = joint("revolute", "body", "stop", "0 0 1")
+    inside = box("body", "1 0 0.5", "0.1 0.1 1", 1.0) + FIXED + lift + upper + lower
+    inside = inside.replace("<pose>0 0 0.3", f"{tag * (of == 'link')}<pose>0 0 0.3")
+    parts = f"{tag * (of == 'model')}{inside}{slide}{tied}{hold}"
+    sim = simulator(saved_world(tmp_path, f"{GROUND}<model name='press'>{parts}</model>"))
+    run(sim, 2.0)
+    found = sim.stage.motion("press::lift").pose.position[2]
+    assert found == pytest.approx(0.75, abs=0.02)
+
+
+@pytest.mark.parametrize("more", ["", FIXED])
+@pytest.mark.parametrize("spawned", [False, True])
+def test_what_hangs_on_a_thing_goes_with_it(more: str, spawned: bool, tmp_path: Path) -> None:
+    sim = chest(tmp_path, more, spawned=spawned)
+    sim.stage.move("chest", Pose3((3.0, 2.0, 0.0 if more else 0.4)))
     run(sim, 0.5)
     for name, x, z in (("chest::d1", 3.03, 0.4), ("chest::k1", 3.27, 0.4)):
         found = sim.stage.motion(name).pose.position

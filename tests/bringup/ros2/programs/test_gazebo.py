@@ -115,8 +115,8 @@ def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
 
 
 def test_a_question_to_gazebo_itself_starts_no_world() -> None:
-    with pytest.raises(Ros2Error, match="'gz service' asks Gazebo itself, which is not here"):
-        gazebo.serve(["service", "-s", "/world/empty/create", "--req", "x.sdf"])
+    with pytest.raises(Ros2Error, match="'gz fuel' asks Gazebo itself, which is not here"):
+        gazebo.serve(["fuel", "list", "-t", "model"])
 
 
 def test_gazebos_programs_are_the_simulator() -> None:

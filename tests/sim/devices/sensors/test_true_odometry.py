@@ -102,3 +102,16 @@ def test_base_that_reports_the_truth_itself_does_so_once(tmp_path: Path) -> None
     assert settings_of(path) == []
     other = cases.plugin(GZ, topic.replace("odom<", "true<"))
     assert len(settings_of(robot_of(tmp_path, other, drive=cases.planar_on()))) == 1
+
+
+@pytest.mark.parametrize(("own", "frame"), [("odom", "world"), ("other", "odom")])
+def test_wheels_whose_topic_a_publisher_has_report_the_truth(
+    own: str, frame: str, tmp_path: Path
+) -> None:
+    """Both published on /odom, and a filter of wheels and gyro too."""
+    tags = f"<odom_topic>{own}</odom_topic><odom_frame>world</odom_frame>"
+    path = robot_of(tmp_path, cases.plugin(GZ, tags))
+    drive = load_robot(path).drive
+    assert (drive.from_world, drive.odometry_frame) == (own == "odom", frame)
+    assert drive.tells_truth is (own == "odom"), "so that no filter corrects it"
+    assert len(settings_of(path)) == (own != "odom")

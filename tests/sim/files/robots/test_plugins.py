@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import pytest
@@ -84,6 +85,14 @@ def test_sides_that_are_swapped_are_exchanged() -> None:
     assert notes == ()
 
 
+def test_a_wheel_that_is_named_twice_counts_once() -> None:
+    """Gazebo turns it twice by the same speed."""
+    found, notes = read(SIDES + "<right_joint>b</right_joint>")
+    assert found is not None
+    assert (found.left, found.right) == (("a",), ("b",))
+    assert "plugin 'p': names a joint twice: it counts once" in notes
+
+
 def test_what_names_no_wheels_of_both_sides_is_no_drive() -> None:
     assert read("")[0] is None
     assert read("<left_joint>a</left_joint>")[0] is None
@@ -101,7 +110,7 @@ def test_wheels_without_sides_are_a_row() -> None:
     ("inside", "problem"),
     [
         (SIDES.replace(">b<", ">bb<"), r"plugin 'p'.*joint 'bb' does not exist"),
-        (SIDES.replace(">b<", ">a<"), r"plugin 'p'.*names a joint twice"),
+        (SIDES.replace(">b<", ">a<"), r"plugin 'p'.*has 'a' on both sides"),
         (SIDES + "<wheel_diameter>-1</wheel_diameter>", r"'-1' must not be negative"),
         (SIDES + "<steering_joint>x</steering_joint>", r"joint 'x' does not exist"),
     ],
@@ -126,7 +135,14 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<steering_limit>0.6</steering_limit>", {"steering_limit": 0.6}),
         ("<max_steer>0.6</max_steer>", {"steering_limit": 0.6}),
         ("<max_wheel_acceleration>2</max_wheel_acceleration>", {"max_acceleration": 2.0}),
-        ("<max_linear_acceleration>2</max_linear_acceleration>", {"max_acceleration": 2.0}),
+        (  # Gazebo Sim's hold in their own direction
+            "<max_linear_acceleration>2</max_linear_acceleration>",
+            {"max_acceleration": 2.0, "max_deceleration": math.inf},
+        ),
+        (
+            "<max_angular_acceleration>2</max_angular_acceleration>",
+            {"max_turn_acceleration": 2.0, "max_turn_deceleration": math.inf},
+        ),
         (
             "<min_acceleration>-2</min_acceleration>",
             {"max_deceleration": 2.0, "max_turn_deceleration": 2.0},
