@@ -160,6 +160,21 @@ def test_packages_and_models_travel_whole(working: Path, tmp_path: Path) -> None
     }  # fmt: skip
 
 
+def test_what_is_found_around_a_file_for_a_path_of_elsewhere_travels(
+    working: Path, tmp_path: Path
+) -> None:
+    """A package that is not here is taken to be the one that the file lies in."""
+    _write(tmp_path / "bot", {
+        "urdf/bot.xacro": "<robot><xacro:include filename='$(find gone)/urdf/bot.gazebo'/></robot>",
+        "urdf/bot.gazebo": "<mesh filename='file:///home/them/ws/bot/meshes/wheel.stl'/>",
+        "meshes/wheel.stl": "solid", "meshes/unused.stl": "solid",
+    })  # fmt: skip
+    found = _inputs(f"--robot {tmp_path / 'bot/urdf/bot.xacro'}", tmp_path)
+    assert _names(found, tmp_path / "bot") == {
+        "urdf/bot.xacro", "urdf/bot.gazebo", "meshes/wheel.stl"
+    }  # fmt: skip
+
+
 def test_plug_ins_bring_the_modules_that_they_import(
     working: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
