@@ -105,6 +105,7 @@ class _Search:
         """
         given = tuple(self.inputs.packages)
         search, size = SearchPath.of(given, given), 0
+        folders = *search.packages, *search.models
         while self._waiting:
             path = self._waiting.pop()
             size += path.stat().st_size
@@ -116,12 +117,16 @@ class _Search:
             for name in dict.fromkeys(filter(None, sum(_ADDRESS.findall(text), ()))):
                 if (package := search.package(path, name)) is not None:
                     self._add_folder(package)
-                    self.inputs.packages[package.parent] = None
+                    if path.resolve() != path:  # elsewhere no link leads to what is around it
+                        self.inputs.packages[package.parent] = None
             for found in dict.fromkeys([*_PATH.findall(text), *_PHRASE.findall(text)]):
                 self._add_named(path, found, search)
             if path.suffix in _NAMES_MODULES:
                 for name in self._modules.keys() & set(_NAME.findall(text)):
                     self._add_module(self._modules[name])
+        for root in (_joined(self.inputs.working, str(each)) for each in folders):
+            if any(path.is_relative_to(root) for path in self.inputs.files):
+                self.inputs.packages[root] = None
 
     def _add(self, path: Path) -> None:
         if path not in self.inputs.files:
