@@ -1,12 +1,14 @@
 """The files that a campaign's runs read, found by what names them, to take to other machines.
 
 A word of the command that is a file's path names it; so does a word of a text file that is a path
-from that file or from the working folder, a package:// or model:// address, $(find PACKAGE), and
-the name of a Python module beside the working folder or on PYTHONPATH, as plug-ins have.
+from that file, from the working folder or, by its end, from a folder around it, a package:// or
+model:// address, $(find PACKAGE), and the name of a Python module beside the working folder or on
+PYTHONPATH, as plug-ins have.
 """
 
 from __future__ import annotations
 
+import contextlib
 import os
 import re
 from collections.abc import Iterable, Iterator
@@ -16,7 +18,7 @@ from pathlib import Path
 import bringup
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import environment_folders
-from arjuna_sim.files.search_path import MANIFESTS, is_file
+from arjuna_sim.files.search_path import MANIFESTS, EscapeError, SearchPath, is_file
 from bringup.campaign.plan import FOLDER, LARGEST, Campaign, CampaignError
 
 ELSEWHERE = "{elsewhere}"
@@ -101,10 +103,9 @@ class _Search:
         Raises:
             CampaignError: As `inputs_of`.
         """
-        from arjuna_sim.files.search_path import SearchPath
-
         given = tuple(self.inputs.packages)
         search, size = SearchPath.of(given, given), 0
+        folders = *search.packages, *search.models
         while self._waiting:
             path = self._waiting.pop()
             size += path.stat().st_size
@@ -116,12 +117,16 @@ class _Search:
             for name in dict.fromkeys(filter(None, sum(_ADDRESS.findall(text), ()))):
                 if (package := search.package(path, name)) is not None:
                     self._add_folder(package)
-                    self.inputs.packages[package.parent] = None
+                    if path.resolve() != path:  # elsewhere no link leads to what is around it
+                        self.inputs.packages[package.parent] = None
             for found in dict.fromkeys([*_PATH.findall(text), *_PHRASE.findall(text)]):
-                self._add_named(path, found)
+                self._add_named(path, found, search)
             if path.suffix in _NAMES_MODULES:
                 for name in self._modules.keys() & set(_NAME.findall(text)):
                     self._add_module(self._modules[name])
+        for root in (_joined(self.inputs.working, str(each)) for each in folders):
+            if any(path.is_relative_to(root) for path in self.inputs.files):
+                self.inputs.packages[root] = None
 
     def _add(self, path: Path) -> None:
         if path not in self.inputs.files:
@@ -138,8 +143,8 @@ class _Search:
         self.inputs.modules[module.parent] = None
         (self._add if module.is_file() else self._add_folder)(module)
 
-    def _add_named(self, path: Path, name: str) -> None:
-        """Add a file that another one names.
+    def _add_named(self, path: Path, name: str, search: SearchPath) -> None:
+        """Add a file that another one names, or one around it that is taken in its place.
 
         Raises:
             CampaignError: By a path from the root: another machine has none such.
@@ -153,6 +158,10 @@ class _Search:
                 raise CampaignError(path, problem)
             self._add(found)
             return
+        if "://" not in name or name.startswith("file://"):
+            with contextlib.suppress(EscapeError):
+                if (instead := search.find(path, name)) is not None:
+                    self._add(instead)
 
 
 def _joined(start: Path, name: str) -> Path:

@@ -63,6 +63,7 @@ class DemoOptions:
         waypoints: What is driven to on the map.
         goals: How many goals are drawn on the map that was made, in place of waypoints; 0 for none.
         kidnap: Whether the robot is carried off then, and drives home.
+        map_time: For the first scan to be mapped [s].
         explore_time: After which what is mapped so far is the map [s]; None to map it all.
         explore_limit: After which mapping it all is given up [s].
         goal_time: For a goal [s].
@@ -79,6 +80,7 @@ class DemoOptions:
     waypoints: tuple[SE2, ...] = WAYPOINTS
     goals: int = 0
     kidnap: bool = True
+    map_time: float = 60.0
     explore_time: float | None = None
     explore_limit: float = 1800.0
     goal_time: float = 300.0
@@ -180,10 +182,15 @@ class Demo:
         robot = self._robot
         self._progress.phase("exploring and mapping", robot.now)
         robot.start(SLAM_GROUP, NAVIGATION_GROUP, EXPLORER_GROUP)
-        time = self._options.explore_time
+        time, begun = self._options.explore_time, robot.now
+        robot.run_until(
+            lambda: self._estimate() is not None,
+            self._options.map_time,
+            "a scan that shows where the robot is",
+        )
         self._explored = robot.run_until(
             lambda: self._exploration.startswith("done"),
-            time or self._options.explore_limit,
+            (time or self._options.explore_limit) - (robot.now - begun),
             "exploration",
             required=time is None,
         )

@@ -160,6 +160,39 @@ def test_packages_and_models_travel_whole(working: Path, tmp_path: Path) -> None
     }  # fmt: skip
 
 
+def test_packages_of_one_name_stay_apart(
+    working: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot finds what is around its file first; a folder to search would give it another's."""
+    text = "<robot><xacro:include filename='$(find bot)/bot.gazebo'/></robot>"
+    robots = [f"{ws}/bot/urdf/bot.xacro" for ws in ("one", "two")]
+    for robot in robots:
+        _write(
+            tmp_path, {robot: text, f"{robot[:7]}/bot.gazebo": "", f"{robot[:7]}/package.xml": ""}
+        )
+    assert not _inputs(" ".join(f"--robot {tmp_path / one}" for one in robots), tmp_path).packages
+    _write(tmp_path, {"lone.xacro": text})
+    monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "two"))
+    found = _inputs(f"--robot {tmp_path / 'lone.xacro'}", tmp_path)
+    assert list(found.packages) == [tmp_path / "two"]
+    assert tmp_path / "two/bot/bot.gazebo" in found.files
+
+
+def test_what_is_found_around_a_file_for_a_path_of_elsewhere_travels(
+    working: Path, tmp_path: Path
+) -> None:
+    """A package that is not here is taken to be the one that the file lies in."""
+    _write(tmp_path / "bot", {
+        "urdf/bot.xacro": "<robot><xacro:include filename='$(find gone)/urdf/bot.gazebo'/></robot>",
+        "urdf/bot.gazebo": "<mesh filename='file:///home/them/ws/bot/meshes/wheel.stl'/>",
+        "meshes/wheel.stl": "solid", "meshes/unused.stl": "solid",
+    })  # fmt: skip
+    found = _inputs(f"--robot {tmp_path / 'bot/urdf/bot.xacro'}", tmp_path)
+    assert _names(found, tmp_path / "bot") == {
+        "urdf/bot.xacro", "urdf/bot.gazebo", "meshes/wheel.stl"
+    }  # fmt: skip
+
+
 def test_plug_ins_bring_the_modules_that_they_import(
     working: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -1,0 +1,24 @@
+"""The demo's run, where it cannot go on."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from bringup.demo.demo import Demo, DemoOptions
+from bringup.lockstep import LockStepError
+from bringup.parameters.files import merged, shipped_parameters
+from bringup.terminal import Progress
+
+pytestmark = pytest.mark.ros
+
+
+def test_a_robot_that_sees_nothing_maps_nothing_and_is_told_soon(tmp_path: Path) -> None:
+    text = Path("urdf/arjuna.urdf").read_text(encoding="utf-8")
+    file = tmp_path / "blind.urdf"
+    file.write_text(text.replace('type="ray"', 'type="altimeter"'), encoding="utf-8")
+    values = merged(shipped_parameters(), {"sim": {"robot": str(file)}})
+    demo = Demo(DemoOptions(0, tmp_path, values, map_time=1.0, explore_time=9.0), Progress())
+    with pytest.raises(LockStepError, match="a scan that shows where the robot is did not come"):
+        demo.run()
