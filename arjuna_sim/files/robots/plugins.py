@@ -259,8 +259,10 @@ def limits_of(
         text = "" if tag is None else text_of(tag, *names)
         return max(0.0, -xml.numbers(text, 1, f"{label} <{names[0]}>")[0]) if text else 0.0
 
-    def down(tag: Element | None, names: tuple[str, ...], *ups: str) -> float:
-        return least(tag, *names) or (math.inf if most(tag, *ups) > 0.0 else 0.0)
+    def down(tag: Element | None, names: tuple[str, ...], part: str) -> float:
+        ups = (f"max_{part}_acceleration", "max_acceleration")  # as Gazebo Sim writes them
+        is_theirs = tag is not None and any(tag.find(up) is not None for up in ups)
+        return least(tag, *names) or (math.inf if is_theirs else 0.0)
 
     def jerk(tag: Element | None, part: str) -> float:
         found = most(tag, f"max{part}jerk", "maxjerk"), least(tag, f"min{part}jerk", "minjerk")
@@ -270,11 +272,11 @@ def limits_of(
         "max_velocity": most(linear, *_SPEED),
         "max_reverse": least(linear, *_BACK),
         "max_acceleration": most(linear, *_ACCELERATION),
-        "max_deceleration": down(linear, _BRAKING, "maxlinearacceleration", "maxacceleration"),
+        "max_deceleration": down(linear, _BRAKING, "linear"),
         "max_jerk": jerk(linear, "linear"),
         "max_turn": most(angular, *_TURN),
         "max_turn_acceleration": most(angular, *_TURN_ACCELERATION),
-        "max_turn_deceleration": down(angular, _TURN_BRAKING, *_TURN_ACCELERATION),
+        "max_turn_deceleration": down(angular, _TURN_BRAKING, "angular"),
         "max_turn_jerk": jerk(angular, "angular"),
     }
 

@@ -135,6 +135,7 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<steering_limit>0.6</steering_limit>", {"steering_limit": 0.6}),
         ("<max_steer>0.6</max_steer>", {"steering_limit": 0.6}),
         ("<max_wheel_acceleration>2</max_wheel_acceleration>", {"max_acceleration": 2.0}),
+        ("<maxLinearAcceleration>2</maxLinearAcceleration>", {"max_acceleration": 2.0}),
         (  # Gazebo Sim's hold in their own direction
             "<max_linear_acceleration>2</max_linear_acceleration>",
             {"max_acceleration": 2.0, "max_deceleration": math.inf},
