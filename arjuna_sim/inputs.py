@@ -11,6 +11,8 @@ import numpy as np
 
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
+from arjuna_sim.devices.drive import DriveConfig
+from arjuna_sim.devices.driving.controller import limited
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
@@ -168,6 +170,12 @@ def turning_radius_of(robot: RobotModel) -> float:
     if robot.drive.kind is not DriveKind.STEERED:
         return 0.0
     return SteeredBase.of(robot.urdf, robot.drive).turning_radius
+
+
+def braking_of(robot: RobotModel) -> tuple[float, float]:
+    """Return what a robot brakes with by its file, inf for at once [m/s^2, rad/s^2]."""
+    limits = limited(DriveConfig(), robot.drive)
+    return limits.linear.down, min(limits.angular.up, limits.angular.down)
 
 
 def axle_of(robot: RobotModel, frame: str) -> float:

@@ -36,9 +36,7 @@ class ApproachConfig:
         "How far ahead the paths of what moves are predicted; 0 takes all for standing, as Nav2.",
         theirs=0.0,
     )
-    deceleration: float = param(
-        2.5, "What the robot brakes with before what moves.", unit="m/s^2", minimum=0.01
-    )
+    deceleration: float = param(2.5, "What the robot brakes with.", unit="m/s^2", minimum=0.01)
     angular_deceleration: float = param(3.2, "The same of its turns.", unit="rad/s^2", minimum=0.01)
     moving_clearance: float = length_param(0.1, "Distance kept from what moves.")
     reaction_time: float = duration_param(0.1, "From a scan to the wheels.")
@@ -99,9 +97,11 @@ class Approach:
         """Return the time of the last step that is free, as a part of that to be kept.
 
         So the robot stands before an obstacle rather than creep into it. It may always move away.
+        The time is that of the way in which it can brake, if that is longer.
         """
         zone = self._config
-        duration, step = zone.time_before_collision, zone.simulation_time_step
+        braking = 0.5 * self._stops(velocity) + zone.reaction_time
+        duration, step = max(zone.time_before_collision, braking), zone.simulation_time_step
         reach = footprint.circumscribed_radius + velocity.speed * duration
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < self._least:
@@ -155,7 +155,7 @@ class Approach:
         vx, vy, turning = velocity.x, velocity.y, abs(velocity.yaw_rate)
         closing = away @ (vx, vy) + turning * radius
         meets = closing > 0.0
-        stops = max(velocity.speed / zone.deceleration, turning / zone.angular_deceleration)
+        stops = self._stops(velocity)
         if not meets.any() or stops < 1e-3:  # a robot that is at rest in a millisecond stands
             return 1.0
         speeds, closing = speeds[meets], closing[meets]
@@ -163,6 +163,11 @@ class Approach:
         room = np.maximum(room, 0.0) / stops
         parts = (np.sqrt(np.square(speeds) + 2.0 * closing * room) - speeds) / closing
         return min(float(parts.min()), 1.0)
+
+    def _stops(self, velocity: Velocity) -> float:
+        """Return how long the robot takes to stand [s]."""
+        turning, zone = abs(velocity.yaw_rate), self._config
+        return max(velocity.speed / zone.deceleration, turning / zone.angular_deceleration)
 
     def _meetings(self, velocity: Velocity, sight: Sight, outline: Footprint) -> list[float]:
         """Return when each part of a velocity meets points that move [s], inf for never."""

@@ -32,6 +32,18 @@ _STEERED, _RADIUS = (
     "min_turning_radius",
 )
 """The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
+_BRAKES = {
+    "controller_server": (
+        ("tracker.deceleration", "foresight.deceleration"),
+        ("tracker.angular_deceleration", "FollowPath.max_angular_accel"),
+    ),
+    "collision_monitor": (
+        ("FootprintApproach.deceleration",),
+        ("FootprintApproach.angular_deceleration",),
+    ),
+    "behavior_server": ((), ("rotational_acc_lim",)),
+}
+"""The parameters by which nodes reckon with a robot's braking: ahead, and of its turns."""
 _BENDING_PLANNER = {
     "GridBased.plugin": "nav2_smac_planner::SmacPlannerHybrid",
     "GridBased.motion_model_for_search": "REEDS_SHEPP",
@@ -213,7 +225,14 @@ def _of_another_robot(
     parameters: Parameters, driven: Driven, groups: Iterable[Group], simulated: bool
 ) -> Parameters:
     from arjuna_nav.exploration.frontiers import ExplorationConfig
-    from arjuna_sim.inputs import axle_of, footprint_of, names_of, sight_of, turning_radius_of
+    from arjuna_sim.inputs import (
+        axle_of,
+        braking_of,
+        footprint_of,
+        names_of,
+        sight_of,
+        turning_radius_of,
+    )
 
     robot, shipped = driven.robot, shipped_parameters()
 
@@ -237,6 +256,7 @@ def _of_another_robot(
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
         if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
             own = merged(own, {node: {f"{prefix}axle": axle}})
+    own = merged(own, _brakes(parameters, shipped, braking_of(robot)))
     sight = sight_of(robot)
     if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
         own = merged(own, {"explorer": {_OPEN: sight}})
@@ -247,6 +267,22 @@ def _of_another_robot(
         if not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
     return merged(own, _in_bends(parameters, shipped, radius))
+
+
+def _brakes(
+    parameters: Parameters, shipped: Parameters, braking: tuple[float, float]
+) -> Parameters:
+    """Return what has the nodes reckon with a robot that brakes slower than the shipped one."""
+    found = Parameters()
+    for node, kinds in _BRAKES.items():
+        values, usual = parameters.get(node, {}), shipped[node]
+        found[node] = {
+            key: most
+            for keys, most in zip(kinds, braking, strict=True)
+            for key in keys
+            if values.get(key) == usual[key] > most
+        }
+    return {node: values for node, values in found.items() if values}
 
 
 def _in_bends(parameters: Parameters, shipped: Parameters, radius: float) -> Parameters:

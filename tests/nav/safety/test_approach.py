@@ -89,6 +89,14 @@ def test_the_last_step_looked_at_is_before_the_time_is_over(x: float, allowed: f
     )
 
 
+def test_a_robot_that_brakes_slowly_is_slowed_as_much_sooner() -> None:
+    """At 1 m/s and 0.4 m/s^2 it takes 1.25 m to stand: 1.35 s with the reaction."""
+    ahead = np.array([[1.45, 0.0], [1.45, 0.001]])
+    slow = Approach(replace(CONFIG, deceleration=0.4), LEAST)
+    assert Approach(CONFIG, LEAST).allowed(Velocity(1.0), Sight.of(ahead), CIRCLE) == 1.0
+    assert slow.allowed(Velocity(1.0), Sight.of(ahead), CIRCLE) == pytest.approx(1.1 / 1.35)
+
+
 @pytest.mark.parametrize(
     ("touching", "ahead", "allowed"),
     [
