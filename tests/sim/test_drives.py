@@ -315,11 +315,11 @@ def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     extra = robot.extra.replace("</plugin>", "<max_velocity>0.2</max_velocity></plugin>", 1)
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.4, abs=0.03)
-    for limits, way in (("", 0.4 + 0.3), ("<min_acceleration>-0.1</min_acceleration>", 0.4 + 0.35)):
+    for limits, way in (("", 0.4), ("<min_acceleration>-0.1</min_acceleration>", 0.4 + 0.35)):
         slow = f"<max_acceleration>0.2</max_acceleration>{limits}</plugin>"
         slower = replace(robot, extra=robot.extra.replace("</plugin>", slow, 1))
         driven = _driven(slower, tmp_path, Velocity(0.8), 2.0)
-        assert driven.truth.pose.x == pytest.approx(way, abs=0.05)  # and 1 s of braking
+        assert driven.truth.pose.x == pytest.approx(way, abs=0.05)  # and 1 s of braking, or none
     extra = robot.extra.replace("<left_track>", f"{of_vehicle}<left_track>")
     driven = _driven(replace(robot, extra=extra), tmp_path, Velocity(0.8), 2.0)
     assert driven.truth.pose.x == pytest.approx(0.6, abs=0.04)

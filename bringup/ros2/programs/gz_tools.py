@@ -95,7 +95,11 @@ def command_of(words: list[str]) -> tuple[str, list[str]]:
     if words[0] == "service" and asked.list:
         return "ros2", ["service", "list"]
     if words[0] == "service":
-        return _of_service(asked.service.rpartition("/")[2], read_message(asked.req))
+        name = asked.service.rpartition("/")[2]
+        try:
+            return _of_service(name, read_message(asked.req))
+        except (AssertionError, AttributeError, TypeError, ValueError) as error:
+            raise Ros2Error(f"the request is none of '{name}': {asked.req}") from error
     if words[0] == "model":
         return "entity", ["list"]
     instead = "'ros2 topic', 'ros2 service' and 'arjuna entity' see and change the world"

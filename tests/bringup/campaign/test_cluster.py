@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 import os
 import re
@@ -10,6 +11,7 @@ import signal
 import subprocess
 import sys
 import threading
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -86,6 +88,18 @@ def _started(working: Path) -> Counter[str]:
     return Counter((working.parent / "noted").read_text(encoding="utf-8").split())
 
 
+def _begun_on(node: Any, working: Path) -> set[str]:
+    """Return the seeds whose runs are on a node and have noted that they began."""
+    raylet = node.all_processes["raylet"][0].process.pid
+    lines = []
+    for process in _descendants(raylet):
+        with contextlib.suppress(OSError):  # it ended meanwhile
+            lines.append(Path(f"/proc/{process}/cmdline").read_text(encoding="utf-8").split("\0"))
+    seeds = {words[-2] for words in lines if any(word.startswith("noted:") for word in words)}
+    noted = working.parent / "noted"
+    return seeds & set(_started(working)) if noted.exists() else set()
+
+
 def _run(
     address: str,
     campaign: Campaign,
@@ -118,7 +132,11 @@ def test_a_node_that_dies_costs_no_run(cluster: Any, working: Path) -> None:
     node = cluster.add_node(num_cpus=1)
 
     def ended(outcome: Outcome) -> None:
+        """Kill the node as it has just begun a run, however late it came."""
         if node in cluster.worker_nodes:
+            before, deadline = _begun_on(node, working), time.monotonic() + 60.0
+            while not _begun_on(node, working) - before and time.monotonic() < deadline:
+                threading.Event().wait(0.05)
             cluster.remove_node(node, allow_graceful=False)
 
     outcomes, lost, _ = _run(cluster.address, _campaign(working, 9, 1.5), working / "out", ended)

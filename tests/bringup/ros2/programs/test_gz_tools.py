@@ -76,6 +76,8 @@ def test_a_topic_is_published_once() -> None:
     ("call", "reason"),
     [
         ("service -s /world/w/light_config", "no service 'light_config' of Gazebo's is here"),
+        ("service -s /world/w/create --req pose:1", "the request is none of 'create': pose:1"),
+        ("service -s /world/w/control --req multi_step:no", "the request is none of 'control'"),
         ("topic -t /x -m gz.msgs.Pose -p x", "'gz topic' publishes no 'gz.msgs.Pose' here"),
         ("sdf -p model.sdf", "'gz sdf' asks Gazebo itself"),
     ],
