@@ -34,7 +34,7 @@ _STEERED, _RADIUS = (
 """The nodes that plan and drive by the tightest bend of a steered robot, and their parameter."""
 _BRAKES = {
     "controller_server": (
-        ("tracker.deceleration", "foresight.deceleration"),
+        ("foresight.deceleration",),
         ("tracker.angular_deceleration", "FollowPath.max_angular_accel"),
     ),
     "collision_monitor": (
