@@ -25,6 +25,7 @@ from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.driven_robot import Observation
+from arjuna_sim.inputs import needs_fusion
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import WHEEL_ODOMETRY, DriveSettings, GazeboSettings
@@ -106,9 +107,7 @@ class RobotTopics:
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
-        self.is_fused = bool(
-            config.fused_odometry and self._imu_settings and not self.drive.tells_truth
-        )
+        self.is_fused = config.fused_odometry and needs_fusion(robot)
         self.fused_topic = self.drive.fused_topic
         if self.is_fused:
             self.drive = wheels_alone(self.drive)

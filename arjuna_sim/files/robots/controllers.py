@@ -236,9 +236,6 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
         "max_linear_jerk": _limit(linear, "jerk"),
         "max_angular_jerk": _limit(angular, "jerk"),
     }
-    for part in ("linear", "angular"):  # which hold both ways where nothing else is said
-        most = limits[f"max_{part}_acceleration"]
-        limits[f"min_{part}_acceleration"] = None if most is None else -most
     names = ("cmd_vel_timeout", "reference_timeout", "cmd_vel_timeout_seconds")
     timeout = next((values[name] for name in names if name in values), None)
     if isinstance(timeout, int | float) and not isinstance(timeout, bool) and timeout >= 0:
@@ -249,7 +246,9 @@ def _limits(values: dict[str, Any], kind: str) -> dict[str, float | None]:
         for tag in ("velocity", "acceleration"):
             most = _number(turning, f"max_{tag}")
             limits[f"max_linear_{tag}"] = None if most is None else radius * most
-        limits["min_linear_acceleration"] = -(limits["max_linear_acceleration"] or 0.0) or None
+    for part in ("linear", "angular"):  # which hold both ways where nothing else is said
+        most = limits[f"max_{part}_acceleration"]
+        limits[f"min_{part}_acceleration"] = None if most is None else -most
     return limits
 
 
