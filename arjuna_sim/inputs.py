@@ -12,7 +12,7 @@ import numpy as np
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.drive import DriveConfig
-from arjuna_sim.devices.driving.controller import limited
+from arjuna_sim.devices.driving.controller import Ramp, limited
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
@@ -172,10 +172,10 @@ def turning_radius_of(robot: RobotModel) -> float:
     return SteeredBase.of(robot.urdf, robot.drive).turning_radius
 
 
-def braking_of(robot: RobotModel) -> tuple[float, float]:
-    """Return what a robot brakes with by its file, inf for at once [m/s^2, rad/s^2]."""
+def ramps_of(robot: RobotModel) -> tuple[Ramp, Ramp]:
+    """Return how fast a robot's speed and turn rate change by its file, inf for at once."""
     limits = limited(DriveConfig(), robot.drive)
-    return limits.linear.down, min(limits.angular.up, limits.angular.down)
+    return limits.linear, limits.angular
 
 
 def axle_of(robot: RobotModel, frame: str) -> float:

@@ -227,9 +227,9 @@ def _of_another_robot(
     from arjuna_nav.exploration.frontiers import ExplorationConfig
     from arjuna_sim.inputs import (
         axle_of,
-        braking_of,
         footprint_of,
         names_of,
+        ramps_of,
         sight_of,
         turning_radius_of,
     )
@@ -256,7 +256,7 @@ def _of_another_robot(
             own = merged(own, {node: {f"{prefix}footprint": outline}} if outline else {})
         if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
             own = merged(own, {node: {f"{prefix}axle": axle}})
-    own = merged(own, _brakes(parameters, shipped, braking_of(robot)))
+    own = merged(own, _ramps(parameters, shipped, *ramps_of(robot)))
     sight = sight_of(robot)
     if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
         own = merged(own, {"explorer": {_OPEN: sight}})
@@ -269,20 +269,38 @@ def _of_another_robot(
     return merged(own, _in_bends(parameters, shipped, radius))
 
 
-def _brakes(
-    parameters: Parameters, shipped: Parameters, braking: tuple[float, float]
-) -> Parameters:
-    """Return what has the nodes reckon with a robot that brakes slower than the shipped one."""
+def _ramps(parameters: Parameters, shipped: Parameters, linear: Any, angular: Any) -> Parameters:
+    """Return what has the nodes reckon with a robot whose speeds change slower than is shipped.
+
+    Commands change no faster: one that is to drive on and has hardly begun to is taken for stopped
+    by what it touches.
+    """
+    braking = (linear.down, min(angular.up, angular.down))
+    limits: dict[str, dict[str, Any]] = {
+        node: {key: most for keys, most in zip(kinds, braking, strict=True) for key in keys}
+        for node, kinds in _BRAKES.items()
+    }
+    pairs = [(ramp.up, ramp.down) for ramp in (linear, linear, angular)]
+    limits[VELOCITY_SMOOTHER.name] = {
+        "max_accel": [min(pair) for pair in pairs],
+        "max_decel": [-max(pair) for pair in pairs],
+    }
     found = Parameters()
-    for node, kinds in _BRAKES.items():
-        values, usual = parameters.get(node, {}), shipped[node]
+    for node, values in limits.items():
+        given, usual = parameters.get(node, {}), shipped[node]
         found[node] = {
-            key: most
-            for keys, most in zip(kinds, braking, strict=True)
-            for key in keys
-            if values.get(key) == usual[key] > most
+            key: _nearer_zero(usual[key], most)
+            for key, most in values.items()
+            if given.get(key) == usual[key] != _nearer_zero(usual[key], most)
         }
     return {node: values for node, values in found.items() if values}
+
+
+def _nearer_zero(usual: Any, most: Any) -> Any:
+    """Return what is nearer to zero of two numbers, or of each two in lists."""
+    if isinstance(usual, list):
+        return [min(*pair, key=abs) for pair in zip(usual, most, strict=True)]
+    return min(usual, most)
 
 
 def _in_bends(parameters: Parameters, shipped: Parameters, radius: float) -> Parameters:

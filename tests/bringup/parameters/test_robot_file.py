@@ -119,6 +119,9 @@ def test_a_robot_that_brakes_slowly_is_reckoned_with(
 
     zone, turn = "FootprintApproach.deceleration", "tracker.angular_deceleration"
     assert value("collision_monitor", zone) == braking[0]
+    ramps = [limit, limit, 12.5 * limit] if limit else [1000.0, 1000.0, 1000.0]
+    assert value("velocity_smoother", "max_accel") == pytest.approx(ramps, rel=1e-3)
+    assert value("velocity_smoother", "max_decel") == pytest.approx([-a for a in ramps], rel=1e-3)
     assert value("controller_server", turn) == pytest.approx(braking[1])
     assert value("controller_server", turn, "--param", f"controller_server:{turn}:=0.7") == 0.7
 
