@@ -228,9 +228,8 @@ class PathFollower:
             self._progress.reset()  # it is slow
             self._gap_pose = pose
         if not self._progress.check(pose, now):
-            return FollowResult.failed(
-                ControlStatus.FAILED_TO_MAKE_PROGRESS, self._progress.failure_message()
-            )
+            message = self._progress.failure_message() + self._blocked_end(pose, costmap)
+            return FollowResult.failed(ControlStatus.FAILED_TO_MAKE_PROGRESS, message)
         want(self.controller, self.wanted)
         distance = paths.length(self.controller.path)
         speed = min(self.controller.desired_speed, self.speed_limit)
@@ -263,7 +262,21 @@ class PathFollower:
             )
         if self._brakes(velocity):
             self._failing_since = None
-        return self._tolerate(control.status, control.message, now, distance)
+        message = control.message + self._blocked_end(pose, costmap)
+        return self._tolerate(control.status, message, now, distance)
+
+    def _blocked_end(self, pose: SE2, costmap: Costmap) -> str:
+        """Return that the outline touches something at the path's end, where that is near."""
+        end, near = self._end, 2.0 * self._footprint.circumscribed_radius
+        assert end is not None
+        seen = pose.distance(end) < near and costmap.frame.contains(
+            *costmap.frame.to_cell(end.x, end.y)
+        )
+        if not seen or not collides(costmap, self._footprint, end):
+            return ""
+        at = self._base(end)
+        where = f"({at.x:.2f}, {at.y:.2f})"
+        return f"; with the heading of the path's end at {where} the outline touches something"
 
     def _base(self, axle: SE2) -> SE2:
         return axle @ SE2(-self._axle) if self._axle else axle

@@ -20,7 +20,7 @@ from arjuna_nav.controllers.escape import Escape
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import block, costmap_of, empty_grid, polyline
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline
 
 ROBOT = Footprint.circle(0.25)
 FREE = costmap_of(empty_grid(8.0, 4.0))
@@ -128,6 +128,19 @@ def test_a_failing_controller_is_tolerated_for_a_time(
     assert result.message == message
     assert result.error is (error or ControlStatus.SUCCEEDED)
     assert (result.state is FollowState.FAILED) is (error is not None)
+
+
+@pytest.mark.parametrize(("x", "is_told"), [(4.6, True), (2.0, False)])
+@pytest.mark.parametrize("blocked", [True, False])
+def test_a_failure_near_an_end_where_the_outline_does_not_fit_says_so(
+    x: float, is_told: bool, blocked: bool
+) -> None:
+    followed = Followed(failure_tolerance=0.0)
+    followed.script.answer = BLOCKED
+    wall = (4.9, 1.5, 0.1, 1.0) if blocked else (0.0, 0.0, 0.1, 0.1)
+    result = followed.tick(0.0, SE2(x, 2.0), costmap=costmap_of(grid_of(8.0, 4.0, wall)))
+    told = "; with the heading of the path's end at (5.00, 2.00) the outline touches something"
+    assert result.message == "blocked ahead" + told * (is_told and blocked)
 
 
 @pytest.mark.parametrize("code", range(ControlStatus.UNKNOWN, ControlStatus.NO_VALID_CONTROL + 1))
