@@ -9,17 +9,6 @@ from typing import Any
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.types import definition_file, interface_class, packages
 
-__all__ = [
-    "get_action",
-    "get_interface",
-    "get_interface_path",
-    "get_message",
-    "get_service",
-    "is_action",
-    "is_message",
-    "is_service",
-]
-
 
 def _found(identifier: str, kind: str | None) -> Any:
     try:

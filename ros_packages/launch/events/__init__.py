@@ -8,8 +8,6 @@ from typing import Any
 from launch.event_handler import Event
 from launch.events import process
 
-__all__ = ["ExecutionComplete", "Shutdown", "TimerEvent", "matches_action", "process"]
-
 
 class Shutdown(Event):
     """All is to end."""

@@ -7,8 +7,6 @@ from typing import Any
 
 from launch.event_handler import Event
 
-__all__ = ["ChangeState", "StateTransition", "matches_node_name"]
-
 
 class ChangeState(Event):
     """A node is to change its state, by a number of lifecycle_msgs/Transition."""
