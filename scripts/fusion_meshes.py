@@ -21,14 +21,16 @@ def wheel(y: float) -> Trimesh:
     tread = ((119.0, -25.0), (120.2, -12.0), (120.5, 0.0), (120.2, 12.0), (119.0, 25.0))
     mesh: Trimesh = revolve([(0.0, -25.0), *tread, (0.0, 25.0)], sections=64)
     mesh.apply_transform(rotation_matrix(math.pi / 2.0, (1.0, 0.0, 0.0)))
-    return mesh.apply_translation((0.0, y, 120.5))
+    mesh.apply_translation((0.0, y, 120.5))
+    return mesh
 
 
 def ball(x: float) -> Trimesh:
     """Return a ball of 80 mm that stands 2 mm above the ground, its middle at x [mm]."""
     ups = (math.pi * (k / 8 - 0.5) for k in range(9))
     mesh: Trimesh = revolve([(40.0 * math.cos(u), 40.0 * math.sin(u)) for u in ups], sections=16)
-    return mesh.apply_translation((x, 0.0, 42.0))
+    mesh.apply_translation((x, 0.0, 42.0))
+    return mesh
 
 
 def bodies() -> dict[str, Trimesh]:

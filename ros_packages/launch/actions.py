@@ -378,7 +378,6 @@ class TimerAction(Action):
         return self.actions
 
     def cancel(self) -> None:
-        """Have it do nothing."""
         self._canceled = True
 
     def execute(self, context: LaunchContext) -> None:

@@ -123,7 +123,6 @@ class LifecycleNode(Node):
 
     @property
     def is_lifecycle_node(self) -> bool:
-        """True: it has a lifecycle."""
         return True
 
     def execute(self, context: LaunchContext) -> Entities | None:

@@ -37,5 +37,4 @@ class TimerEvent(Event):
 
 
 def matches_action(action: Any) -> Callable[[Any], bool]:
-    """Return a function that returns whether an action is this one."""
     return lambda other: other is action

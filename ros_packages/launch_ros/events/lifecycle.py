@@ -29,5 +29,4 @@ class StateTransition(Event):
 
 
 def matches_node_name(*, node_name: str) -> Callable[[Any], bool]:
-    """Return a function that returns whether a node has a name."""
     return lambda action: action.node_name == f"/{node_name.lstrip('/')}"
