@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from cv_bridge.core import CvBridge, CvBridgeError
-
-__all__ = ["CvBridge", "CvBridgeError"]

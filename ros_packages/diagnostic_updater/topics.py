@@ -40,18 +40,15 @@ class FrequencyStatus(DiagnosticTask):
         self.clear()
 
     def clear(self) -> None:
-        """Forget the events."""
         with self.lock:
             self.count = 0
             self._past = [(self._clock.now(), 0)] * self.params.window_size
 
     def tick(self) -> None:
-        """Count an event."""
         with self.lock:
             self.count += 1
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         params, bound = self.params, self.params.freq_bound
         with self.lock:
             now, (since, before) = self._clock.now(), self._past.pop(0)
@@ -115,7 +112,6 @@ class TimeStampStatus(DiagnosticTask):
                 self._delays.append(self._clock.now().nanoseconds / 1e9 - since)
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         with self.lock:
             low, high = min(self._delays, default=0.0), max(self._delays, default=0.0)
             seen, zero = bool(self._delays), self.zero_seen
@@ -149,7 +145,6 @@ class Heartbeat(DiagnosticTask):
         super().__init__("Heartbeat")
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         stat.summary(OK, "Alive")
         return stat
 
@@ -164,11 +159,9 @@ class HeaderlessTopicDiagnostic(CompositeDiagnosticTask):
         self.diag.add(self)
 
     def tick(self) -> None:
-        """Count a message."""
         self.freq.tick()
 
     def clear_window(self) -> None:
-        """Forget the messages."""
         self.freq.clear()
 
 
@@ -198,6 +191,5 @@ class DiagnosedPublisher(TopicDiagnostic):
         self.publisher = pub
 
     def publish(self, message: Any) -> None:
-        """Count a message and publish it."""
         self.tick(Time.from_msg(message.header.stamp))
         self.publisher.publish(message)

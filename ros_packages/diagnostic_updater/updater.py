@@ -35,7 +35,6 @@ class DiagnosticStatusWrapper(DiagnosticStatus):
         self.level = max(self.level, level)
 
     def add(self, key: str, val: Any) -> None:
-        """Add a key and a value."""
         self.values.append(KeyValue(key=key, value=str(val)))
 
 
@@ -53,11 +52,9 @@ class DiagnosticTask:
         self.name = name
 
     def getName(self) -> str:
-        """Return its name."""
         return self.name
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         return stat
 
 
@@ -69,7 +66,6 @@ class FunctionDiagnosticTask(DiagnosticTask):
         self.fn = fn
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         filled: DiagnosticStatusWrapper = self.fn(stat)
         return filled
 
@@ -82,11 +78,9 @@ class CompositeDiagnosticTask(DiagnosticTask):
         self.tasks: list[DiagnosticTask] = []
 
     def addTask(self, t: DiagnosticTask) -> None:
-        """Add a task."""
         self.tasks.append(t)
 
     def run(self, stat: DiagnosticStatusWrapper) -> DiagnosticStatusWrapper:
-        """Fill a status and return it."""
         before, combined = DiagnosticStatusWrapper(), DiagnosticStatusWrapper()
         before.summary(stat)
         for task in self.tasks:
@@ -141,11 +135,9 @@ class Updater:
         return found is not None
 
     def update(self) -> None:
-        """Run all tasks and publish their statuses."""
         self.force_update()
 
     def force_update(self) -> None:
-        """Run all tasks and publish their statuses now."""
         statuses = []
         with self.lock:
             for task in self.tasks:

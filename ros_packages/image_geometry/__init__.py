@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from image_geometry.cameramodels import PinholeCameraModel
-
-__all__ = ["PinholeCameraModel"]

@@ -82,7 +82,6 @@ class PinholeCameraModel:
         cv2.remap(raw, *maps, cv2.INTER_CUBIC, rectified)
 
     def full_resolution(self) -> tuple[int, int]:
-        """Return the width and height of the whole image."""
         return self.width, self.height
 
     def fx(self) -> float:
@@ -110,7 +109,6 @@ class PinholeCameraModel:
         return float(self.P[1, 3])
 
     def get_tf_frame(self) -> str:
-        """Return the camera's frame."""
         return self.tf_frame
 
     # the names of before Jazzy

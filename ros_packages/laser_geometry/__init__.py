@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from laser_geometry.laser_geometry import LaserProjection
-
-__all__ = ["LaserProjection"]

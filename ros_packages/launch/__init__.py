@@ -36,10 +36,13 @@ from launch.substitution import Substitution
 from launch.texts import InvalidLaunchFileError
 
 import_by_file(
-    (
-        *(actions, conditions, descriptions, event_handlers, events),
-        *(launch_description_sources, substitutions),
-    )
+    {
+        actions: ("DeclareLaunchArgument", "ExecuteLocal", "ExecuteProcess"),
+        **dict.fromkeys((conditions, descriptions, event_handlers), ()),
+        events: ("process",),
+        launch_description_sources: ("InvalidLaunchFileError", "InvalidPythonLaunchFileError"),
+        substitutions: ("SubstitutionFailure", "TextSubstitution"),
+    }
 )
 import_as(
     {

@@ -23,7 +23,6 @@ class LaunchDescriptionEntity:
         return f"{type(self).__name__}(...)"
 
     def get_sub_entities(self) -> Iterable[LaunchDescriptionEntity]:
-        """Return what an action of one's own holds."""
         return ()
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:

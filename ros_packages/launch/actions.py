@@ -10,49 +10,17 @@ from typing import Any
 import yaml
 
 from launch.action import Action, Entities, LaunchDescriptionEntity, entities
-from launch.declare_launch_argument import DeclareLaunchArgument
+from launch.declare_launch_argument import DeclareLaunchArgument as DeclareLaunchArgument
 from launch.event_handler import BaseEventHandler, Event
 from launch.events import Shutdown as ShutdownEvent
-from launch.execute_process import ExecuteLocal, ExecuteProcess
+from launch.execute_process import ExecuteLocal as ExecuteLocal
+from launch.execute_process import ExecuteProcess as ExecuteProcess
 from launch.launch_context import LaunchContext
 from launch.launch_description_source import LaunchDescriptionSource
 from launch.logging import get_logger
 from launch.missing import PackageMissing, left_out, report, without_missing
-from launch.substitution import (
-    SomeSubstitutionsType,
-    perform_substitutions,
-    performed,
-)
+from launch.substitution import SomeSubstitutionsType, perform_substitutions, performed
 from launch.texts import InvalidLaunchFileError
-
-__all__ = [
-    "AppendEnvironmentVariable",
-    "DeclareLaunchArgument",
-    "EmitEvent",
-    "ExecuteLocal",
-    "ExecuteProcess",
-    "ForEach",
-    "ForLoop",
-    "GroupAction",
-    "IncludeLaunchDescription",
-    "LogInfo",
-    "OpaqueCoroutine",
-    "OpaqueFunction",
-    "PopEnvironment",
-    "PopLaunchConfigurations",
-    "PushEnvironment",
-    "PushLaunchConfigurations",
-    "RegisterEventHandler",
-    "ResetEnvironment",
-    "ResetLaunchConfigurations",
-    "SetEnvironmentVariable",
-    "SetLaunchConfiguration",
-    "Shutdown",
-    "TimerAction",
-    "UnregisterEventHandler",
-    "UnsetEnvironmentVariable",
-    "UnsetLaunchConfiguration",
-]
 
 
 class _Doing(Action):
@@ -410,7 +378,6 @@ class TimerAction(Action):
         return self.actions
 
     def cancel(self) -> None:
-        """Have it do nothing."""
         self._canceled = True
 
     def execute(self, context: LaunchContext) -> None:

@@ -11,9 +11,14 @@ _OTHERS = {"FindPackageShare": "find_package", "ForEach": "for_loop", "Shutdown"
 _BEFORE_A_WORD = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
 
 
-def import_by_file(modules: Iterable[ModuleType]) -> None:
-    """Let what modules export be imported as `launch.actions.timer_action.TimerAction` too."""
-    for module in modules:
+def import_by_file(modules: Mapping[ModuleType, Iterable[str]]) -> None:
+    """Let what modules have be imported as `launch.actions.timer_action.TimerAction` too.
+
+    That is what they define and some names of others, as an import of `*` takes it.
+    """
+    for module, names in modules.items():
+        own = (k for k, v in vars(module).items() if getattr(v, "__module__", 0) == module.__name__)
+        module.__all__ = [*names, *(name for name in own if name[0] != "_")]  # type: ignore[attr-defined]
         for name in module.__all__:
             file = _OTHERS.get(name, _BEFORE_A_WORD.sub("_", name).lower())
             sys.modules.setdefault(f"{module.__name__}.{file}", module)

@@ -14,5 +14,4 @@ class Condition:
         self._predicate = predicate
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Return whether the action is done."""
         return self._predicate is None or self._predicate(context)

@@ -7,15 +7,6 @@ from launch.launch_context import LaunchContext
 from launch.substitution import SomeSubstitutionsType, perform_substitutions
 from launch.substitutions import is_true
 
-__all__ = [
-    "IfCondition",
-    "InvalidConditionExpressionError",
-    "LaunchConfigurationEquals",
-    "LaunchConfigurationNotEquals",
-    "UnlessCondition",
-    "evaluate_condition_expression",
-]
-
 
 class InvalidConditionExpressionError(ValueError):
     """A condition is neither true nor false."""

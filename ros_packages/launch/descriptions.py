@@ -8,8 +8,6 @@ from typing import Any
 
 from launch.substitution import SomeSubstitutionsType
 
-__all__ = ["Executable"]
-
 
 @dataclass(kw_only=True)
 class Executable:

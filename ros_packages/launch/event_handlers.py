@@ -10,8 +10,6 @@ from launch.events import ExecutionComplete, Shutdown
 from launch.events.process import ProcessExited, ProcessIO, ProcessStarted
 from launch.launch_context import LaunchContext
 
-__all__ = ["OnExecutionComplete", "OnProcessExit", "OnProcessIO", "OnProcessStart", "OnShutdown"]
-
 
 class _OfAction(EventHandler):
     """Handles an event of one action, of those that a function chooses, or of every one."""

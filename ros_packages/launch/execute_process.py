@@ -96,7 +96,6 @@ class ExecuteProcess(Action):
 
     @property
     def name(self) -> str:
-        """Its name, as in its output."""
         return str(self.process_details.get("name", ""))
 
     @property
@@ -113,7 +112,6 @@ class ExecuteProcess(Action):
         return self._written[2].decode("utf-8", "replace")
 
     def words(self, context: LaunchContext) -> list[str]:
-        """Return the program and its arguments."""
         found = [perform_substitutions(context, one) for one in self.cmd]
         known = context.launch_configurations
         chosen = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)

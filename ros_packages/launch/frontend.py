@@ -43,7 +43,6 @@ class Entity:
     children: list[Entity] = field(default_factory=list)
 
     def all(self, tag: str) -> Iterator[Entity]:
-        """Yield the children of a tag."""
         return (child for child in self.children if child.tag == tag)
 
     def text(self, name: str, *others: str) -> Text | None:
@@ -65,7 +64,6 @@ class Entity:
 
     @property
     def type_name(self) -> str:
-        """Its tag."""
         return self.tag
 
     def get_attr(
@@ -105,7 +103,6 @@ class Parser:
 
     @staticmethod
     def parse_action(entity: Entity) -> Action:
-        """Return the action of an element."""
         return action_of(entity)
 
 
@@ -125,7 +122,6 @@ def expose_action(name: str) -> Callable[[type[Any]], type[Any]]:
 
 
 def of_xml(path: Path) -> LaunchDescription:
-    """Read an XML launch file."""
     return _description(path, _of_xml(parse_xml(path, read_bytes(path, _LARGEST))))
 
 
@@ -135,7 +131,6 @@ def _of_xml(element: XmlElement) -> Entity:
 
 
 def of_yaml(path: Path) -> LaunchDescription:
-    """Read a YAML launch file."""
     document = read_yaml(path)
     if not isinstance(document, Mapping) or list(document) != ["launch"]:
         raise InvalidLaunchFileError(f"launch file {path}: valid: 'launch:' and a list of actions")
@@ -172,7 +167,6 @@ def _description(path: Path, root: Entity) -> LaunchDescription:
 
 
 def action_of(entity: Entity) -> Action:
-    """Return the action of an element."""
     if entity.tag not in TAGS:
         for extension in entry_points(group="launch.frontend.launch_extension"):
             extension.load()

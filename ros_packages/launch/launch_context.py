@@ -26,7 +26,6 @@ class Substitution:
         return self.describe()
 
     def perform(self, context: LaunchContext) -> str:
-        """Return its value."""
         raise NotImplementedError
 
 
@@ -99,25 +98,20 @@ class LaunchContext:
         self._folder: TemporaryDirectory[str] | None = None
 
     def extend_locals(self, extra: Mapping[str, Any]) -> None:
-        """Set attributes of `locals`."""
         vars(self.locals).update(extra)
 
     extend_globals = extend_locals
 
     def get_locals_as_dict(self) -> dict[str, Any]:
-        """Return a copy of `locals`."""
         return dict(vars(self.locals))
 
     def perform_substitution(self, sub: Substitution) -> str:
-        """Return the value of a substitution."""
         return sub.perform(self)
 
     def push_launch_configurations(self) -> None:
-        """Save the configurations."""
         self._saved_configurations.append(dict(self.launch_configurations))
 
     def pop_launch_configurations(self) -> None:
-        """Take the saved configurations back."""
         self.launch_configurations = self._saved_configurations.pop()
 
     def reset_environment(self) -> None:
@@ -126,11 +120,9 @@ class LaunchContext:
         os.environ.update(self.first)
 
     def push_environment(self) -> None:
-        """Save the environment."""
         self._saved_environments.append(dict(os.environ))
 
     def pop_environment(self) -> None:
-        """Take the saved environment back."""
         os.environ.clear()
         os.environ.update(self._saved_environments.pop())
 
@@ -148,11 +140,9 @@ class LaunchContext:
         self._handlers.insert(0, event_handler)
 
     def unregister_event_handler(self, event_handler: BaseEventHandler) -> None:
-        """Drop a handler."""
         self._handlers.remove(event_handler)
 
     def handlers(self, event: Event) -> list[BaseEventHandler]:
-        """Return the handlers of an event."""
         return [one for one in self._handlers if one.matches(event)]
 
     def emit_event_sync(self, event: Event) -> None:
@@ -173,11 +163,9 @@ class LaunchContext:
         self.asyncio_loop, self._thread = loop, threading.get_ident()
 
     async def emit_event(self, event: Event) -> None:
-        """Let an event be handled next."""
         self.emit_event_sync(event)
 
     def take_event(self) -> Event | None:
-        """Return the next event, or None."""
         return self._events.pop(0) if self._events else None
 
     def start(self, work: Coroutine[Any, Any, Any]) -> asyncio.Task[Any]:

@@ -17,7 +17,6 @@ class LaunchDescription(LaunchDescriptionEntity):
         self.entities: list[LaunchDescriptionEntity] = list(initial_entities or ())
 
     def add_action(self, action: LaunchDescriptionEntity) -> None:
-        """Append an action."""
         self.entities.append(action)
 
     add_entity = add_action

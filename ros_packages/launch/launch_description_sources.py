@@ -10,17 +10,6 @@ from launch.launch_description_source import LaunchDescriptionSource
 from launch.substitution import SomeSubstitutionsType
 from launch.texts import InvalidLaunchFileError
 
-__all__ = [
-    "AnyLaunchDescriptionSource",
-    "FrontendLaunchDescriptionSource",
-    "InvalidLaunchFileError",
-    "InvalidPythonLaunchFileError",
-    "PythonLaunchDescriptionSource",
-    "get_launch_description_from_any_launch_file",
-    "get_launch_description_from_frontend_launch_file",
-    "get_launch_description_from_python_launch_file",
-]
-
 
 class AnyLaunchDescriptionSource(LaunchDescriptionSource):
     """A launch file of any kind."""

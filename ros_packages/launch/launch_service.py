@@ -47,11 +47,9 @@ class LaunchService:
         self.context.wake()
 
     def emit_event(self, event: Event) -> None:
-        """Let an event happen."""
         self.context.emit_event_sync(event)
 
     def shutdown(self, force_sync: bool = False) -> None:
-        """End all that runs."""
         self.emit_event(Shutdown(reason="LaunchService.shutdown() called"))
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:

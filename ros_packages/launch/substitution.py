@@ -11,18 +11,8 @@ from typing import Any, Union
 from ament_index_python import get_package_share_directory
 from ament_index_python.packages import PackageNotFoundError
 
-from launch.launch_context import LaunchContext, Substitution
-
-__all__ = [
-    "SomeSubstitutionsType",
-    "Substitution",
-    "SubstitutionFailure",
-    "TextSubstitution",
-    "found_here",
-    "normalize_to_list_of_substitutions",
-    "perform_substitutions",
-    "performed",
-]
+from launch.launch_context import LaunchContext
+from launch.launch_context import Substitution as Substitution
 
 _OF_ROS = re.compile(r"/opt/ros/\w+/share/([\w-]+)(?=/)")
 

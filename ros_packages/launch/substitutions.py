@@ -13,42 +13,9 @@ from typing import Any
 
 from arjuna_core.files.input_file import read_text
 from launch.launch_context import LaunchContext
-from launch.substitution import (
-    SomeSubstitutionsType,
-    Substitution,
-    SubstitutionFailure,
-    TextSubstitution,
-    perform_substitutions,
-)
-
-__all__ = [
-    "AllSubstitution",
-    "AndSubstitution",
-    "AnonName",
-    "AnyLocalSubstitution",
-    "AnySubstitution",
-    "BooleanSubstitution",
-    "Command",
-    "EnvironmentVariable",
-    "EqualsSubstitution",
-    "FileContent",
-    "FindExecutable",
-    "IfElseSubstitution",
-    "LaunchConfiguration",
-    "LaunchLogDir",
-    "LocalSubstitution",
-    "NotEqualsSubstitution",
-    "NotSubstitution",
-    "OrSubstitution",
-    "PathJoinSubstitution",
-    "PathSubstitution",
-    "PythonExpression",
-    "SubstitutionFailure",
-    "TextSubstitution",
-    "ThisLaunchFile",
-    "ThisLaunchFileDir",
-]
-
+from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+from launch.substitution import SubstitutionFailure as SubstitutionFailure
+from launch.substitution import TextSubstitution as TextSubstitution
 
 _TEXTS = (str, os.PathLike, Substitution, list, tuple)
 

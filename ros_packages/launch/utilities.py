@@ -19,7 +19,6 @@ __all__ = [
 
 
 def is_a(obj: Any, entity_type: type[Any]) -> bool:
-    """Return whether an object is of a type."""
     return isinstance(obj, entity_type)
 
 

@@ -12,7 +12,6 @@ MARKS = {"launch_test", "rostest"}
 
 
 def launch_tests(module_path: Path, parent: Any) -> Any:
-    """Return the launch tests of a file, None for any other file."""
     from arjuna_core.files.input_file import head_of
 
     if b"generate_test_description" not in head_of(module_path, 1_000_000):
@@ -37,7 +36,6 @@ class LaunchTestFile(pytest.File):
         self._module = module
 
     def collect(self) -> Iterator[pytest.Item]:
-        """Yield a test for each launch."""
         from launch_testing.runner import LaunchTest, runs_of
 
         for given in runs_of(self._module):
@@ -68,11 +66,9 @@ class LaunchTestItem(pytest.Item):
             pytest.skip(outcome.cases[0].problem)
 
     def repr_failure(self, excinfo: Any, style: Any = None) -> Any:
-        """Return what went wrong."""
         if isinstance(excinfo.value, LaunchTestFailed):
             return str(excinfo.value)
         return super().repr_failure(excinfo, style)
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Return where it stands."""
         return self.path, 0, f"launch tests: {self.path.name}"

@@ -26,7 +26,6 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_pycollect_makemodule(module_path: Path, parent: Any) -> Any:
-    """Return the launch tests of a file, None for any other file."""
     from launch_pytest.files import launch_tests
 
     return launch_tests(module_path, parent)

@@ -11,4 +11,10 @@ from launch_ros import (
     substitutions,
 )
 
-import_by_file((actions, descriptions, event_handlers, events.lifecycle, substitutions))
+import_by_file(
+    {
+        actions: ("ROSTimer", "RosTimer"),
+        descriptions: ("Parameter", "ParameterFile", "ParameterValue"),
+        **dict.fromkeys((event_handlers, events.lifecycle, substitutions), ()),
+    }
+)

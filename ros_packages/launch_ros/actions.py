@@ -24,23 +24,6 @@ from launch_ros.lifecycle import LifecycleTransitions
 from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
-__all__ = [
-    "ComposableNodeContainer",
-    "LifecycleNode",
-    "LifecycleTransition",
-    "LoadComposableNodes",
-    "Node",
-    "PushROSNamespace",
-    "PushRosNamespace",
-    "ROSTimer",
-    "RosTimer",
-    "SetParameter",
-    "SetParametersFromFile",
-    "SetROSLogDir",
-    "SetRemap",
-    "SetUseSimTime",
-]
-
 _NAMESPACE, _PARAMETERS, _REMAPS = "ros_namespace", "global_params", "ros_remaps"
 
 
@@ -140,7 +123,6 @@ class LifecycleNode(Node):
 
     @property
     def is_lifecycle_node(self) -> bool:
-        """True: it has a lifecycle."""
         return True
 
     def execute(self, context: LaunchContext) -> Entities | None:

@@ -5,9 +5,9 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-from launch_ros.parameter_descriptions import Parameter, ParameterFile, ParameterValue
-
-__all__ = ["ComposableNode", "Parameter", "ParameterFile", "ParameterValue"]
+from launch_ros.parameter_descriptions import Parameter as Parameter
+from launch_ros.parameter_descriptions import ParameterFile as ParameterFile
+from launch_ros.parameter_descriptions import ParameterValue as ParameterValue
 
 
 @dataclass(kw_only=True)

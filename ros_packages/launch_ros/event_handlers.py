@@ -8,8 +8,6 @@ from launch.event_handler import EventHandler
 
 from launch_ros.events.lifecycle import StateTransition
 
-__all__ = ["OnStateTransition"]
-
 
 class OnStateTransition(EventHandler):
     """Does something when a node has changed its state."""

@@ -17,7 +17,6 @@ from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 
 
 def node(entity: Entity, kind: Any = actions.Node) -> Action:
-    """Return a node."""
     given = {**of_process(entity), **_named(entity)}
     if "exec_name" in entity.texts:
         given["exec_name"] = entity.text("exec_name")

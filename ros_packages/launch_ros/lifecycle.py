@@ -40,7 +40,6 @@ class LifecycleTransitions:
 
     @classmethod
     def of(cls, context: LaunchContext) -> LifecycleTransitions:
-        """Return the one of a context."""
         found = getattr(context.locals, "lifecycle_transitions", None)
         if found is None:
             found = cls(context)

@@ -21,8 +21,6 @@ from launch.texts import parse_substitution
 
 from arjuna_core.files.input_file import read_text
 
-__all__ = ["Parameter", "ParameterFile", "ParameterValue", "SomeParameters"]
-
 SomeParameters = Iterable[Any]
 _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
 _SUBSTITUTED = re.compile(r"\$\([\w-]+[^()]*(?:\([^()]*\)[^()]*)*\)")

@@ -17,9 +17,6 @@ from launch.substitution import (
 )
 from launch.substitutions import PathJoinSubstitution
 
-__all__ = ["ExecutableInPackage", "FindPackagePrefix", "FindPackageShare", "Parameter"]
-
-
 PackageNotFoundError = PackageMissing
 
 

@@ -10,18 +10,4 @@ from launch_testing.post_shutdown_test import post_shutdown_test
 from launch_testing.proc_info_handler import ActiveProcInfoHandler
 from launch_testing.records import IoHandler, ProcInfoHandler
 
-__all__ = [
-    "ActiveIoHandler",
-    "ActiveProcInfoHandler",
-    "IoHandler",
-    "ProcInfoHandler",
-    "actions",
-    "asserts",
-    "markers",
-    "parametrize",
-    "post_shutdown_test",
-    "tools",
-    "util",
-]
-
 prepare()  # what a file's own imports look up is there, whoever runs it

@@ -21,7 +21,6 @@ class ReadyToTest(Action):
         super().__init__()
 
     def execute(self, context: LaunchContext) -> None:
-        """Let the tests begin."""
         getattr(context.locals, "is_ready", lambda: None)()
 
 

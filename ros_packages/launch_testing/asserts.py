@@ -9,23 +9,19 @@ from typing import Any
 from launch.events.process import ProcessExited
 
 from launch_testing.records import (
-    NO_CMD_ARGS,
+    NO_CMD_ARGS as NO_CMD_ARGS,
+)
+from launch_testing.records import (
     IoHandler,
-    NoMatchingProcessException,
     ProcInfoHandler,
     name_of,
     resolve,
     text_matcher,
 )
+from launch_testing.records import (
+    NoMatchingProcessException as NoMatchingProcessException,
+)
 
-__all__ = [
-    "NO_CMD_ARGS",
-    "NoMatchingProcessException",
-    "assertExitCodes",
-    "assertInStderr",
-    "assertInStdout",
-    "assertSequentialStdout",
-]
 EXIT_OK, EXIT_FORCED = 0, 1
 EXIT_SIGINT, EXIT_SIGQUIT, EXIT_SIGKILL, EXIT_SIGSEGV = 130, 131, 137, 139
 

@@ -39,7 +39,6 @@ class Records(Generic[Record]):
         return list(dict.fromkeys(event.action for event in self._all))
 
     def process_names(self) -> list[str]:
-        """Return the names of those processes."""
         return list(dict.fromkeys(event.process_name for event in self._all))
 
     def of(self, process: Any) -> list[Record]:

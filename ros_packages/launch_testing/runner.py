@@ -233,7 +233,6 @@ def recorders(info: ProcInfoHandler, output: IoHandler) -> list[RegisterEventHan
 
 
 def _give(owner: Any, names: Iterable[str], known: Mapping[str, Any]) -> None:
-    """Give functions the arguments that they name."""
     for name in names:
         function = getattr(owner, name)
         asked = {one: known[one] for one in inspect.signature(function).parameters if one in known}

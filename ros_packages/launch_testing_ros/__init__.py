@@ -2,5 +2,3 @@
 
 from launch_testing_ros import actions, tools
 from launch_testing_ros.wait_for_topics import MessagePattern, WaitForTopics
-
-__all__ = ["MessagePattern", "WaitForTopics", "actions", "tools"]

@@ -79,11 +79,9 @@ class WaitForTopics:
             return self._changed.wait_for(lambda: not self.topics_not_received(), self._timeout)
 
     def topics_not_received(self) -> set[str]:
-        """Return the topics on which nothing has come."""
         return {topic for topic, messages in self._received.items() if not messages}
 
     def topics_received(self) -> set[str]:
-        """Return the topics on which something has come."""
         return self._received.keys() - self.topics_not_received()
 
     def received_messages(self, topic_name: str) -> list[Any]:
@@ -96,7 +94,6 @@ class WaitForTopics:
             return list(self._received[topic_name])
 
     def shutdown(self) -> None:
-        """Listen no more."""
         self._stopped = True
         self._thread.join()
         self._node.destroy_node()

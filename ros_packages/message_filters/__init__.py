@@ -28,7 +28,6 @@ class SimpleFilter:
         return number
 
     def signalMessage(self, *msg: Any) -> None:
-        """Hand on messages."""
         for callback, args in list(self.callbacks.values()):
             callback(*msg, *args)
 
@@ -46,15 +45,12 @@ class Subscriber(SimpleFilter):
         )
 
     def callback(self, msg: Any) -> None:
-        """Hand on a message."""
         self.signalMessage(msg)
 
     def getTopic(self) -> str:
-        """Return the topic."""
         return self.topic
 
     def unregister(self) -> None:
-        """End the subscription."""
         self.node.destroy_subscription(self.sub)
 
 
@@ -78,7 +74,6 @@ class Cache(SimpleFilter):
             self.connectInput(f)
 
     def connectInput(self, f: Any) -> None:
-        """Take the messages of a filter."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
@@ -98,7 +93,6 @@ class Cache(SimpleFilter):
         return sorted(pairs, key=lambda pair: pair[0].nanoseconds)
 
     def getInterval(self, from_stamp: Time, to_stamp: Time) -> list[Any]:
-        """Return the messages from a time up to another."""
         assert from_stamp <= to_stamp
         return [msg for stamp, msg in self._kept() if from_stamp <= stamp <= to_stamp]
 
@@ -111,17 +105,14 @@ class Cache(SimpleFilter):
         return next((msg for time, msg in reversed(self._kept()) if time <= stamp), None)
 
     def getLastestTime(self) -> Time | None:
-        """Return the newest message's time, or None."""
         return self._kept()[-1][0] if self.cache_times else None
 
     getLatestTime = getLastestTime
 
     def getOldestTime(self) -> Time | None:
-        """Return the oldest message's time, or None."""
         return self._kept()[0][0] if self.cache_times else None
 
     def getLast(self) -> Any:
-        """Return the newest message, or None."""
         return self._kept()[-1][1] if self.cache_times else None
 
 
@@ -138,7 +129,6 @@ class TimeSynchronizer(SimpleFilter):
         self.connectInput(fs)
 
     def connectInput(self, fs: Sequence[Any]) -> None:
-        """Take the messages of filters."""
         self.queues: list[dict[int, Any]] = [{} for _ in fs]
         self.input_connections = [
             f.registerCallback(self.add, queue, number)

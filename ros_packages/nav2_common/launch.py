@@ -23,14 +23,6 @@ from launch.substitutions import LaunchConfiguration
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.yaml_file import read_yaml
 
-__all__ = [
-    "HasNodeParams",
-    "LaunchConfigAsBool",
-    "ParseMultiRobotPose",
-    "ReplaceString",
-    "RewrittenYaml",
-]
-
 _Texts = Mapping[Any, SomeSubstitutionsType]
 
 
@@ -146,4 +138,4 @@ class ParseMultiRobotPose(Substitution):
         return {name.strip(): {**zero, **yaml.safe_load(pose)} for name, _, pose in pairs}
 
 
-import_by_file((sys.modules[__name__],))
+import_by_file({sys.modules[__name__]: ()})

@@ -1,6 +1,5 @@
 """PyCostmap2D: a costmap's message as cells with costs, under the original's names."""
 
-# ruff: noqa: D102 - the names are the original's, and say what each method returns
 from __future__ import annotations
 
 from collections.abc import Callable

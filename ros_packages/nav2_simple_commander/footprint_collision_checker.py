@@ -1,6 +1,5 @@
 """FootprintCollisionChecker: costs below a robot's outline, under the original's names."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the value it names
 from __future__ import annotations
 
 import math

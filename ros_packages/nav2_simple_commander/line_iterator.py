@@ -1,6 +1,5 @@
 """LineIterator: the points of a line, step by step, under the original's names."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the value it names
 from __future__ import annotations
 
 import math

@@ -1,6 +1,6 @@
 """BasicNavigator: Nav2's actions and services as plain methods, under the original's names."""
 
-# ruff: noqa: D102, F401 - the names are the original's; scripts import what its module imports
+# ruff: noqa: F401 - scripts import what its module imports
 from __future__ import annotations
 
 import time

@@ -1,6 +1,5 @@
 """The robot's services for maps, costmaps and the lifecycle, as methods."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the service it names
 from __future__ import annotations
 
 from typing import Any

@@ -86,13 +86,11 @@ class Task(Session):
         return False
 
     def end(self) -> None:
-        """Cancel the goal that runs."""
         future = self._navigator.result_future
         if future is not None and not future.done():
             self.cancel(self._navigator.goal_handle)
 
     def outcome(self) -> TaskResult:
-        """Return how the goal ended."""
         return _RESULTS.get(self._navigator.status, TaskResult.UNKNOWN)
 
     def failure(self) -> tuple[int, str]:

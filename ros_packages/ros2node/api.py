@@ -30,19 +30,16 @@ def get_absolute_node_name(node_name: str) -> str | None:
 
 
 def parse_node_name(node_name: str) -> NodeName:
-    """Return the parts of a name."""
     full = absolute(node_name)
     namespace, _, name = full.rpartition("/")
     return NodeName(name, namespace or "/", full)
 
 
 def has_duplicates(values: Sequence[Any]) -> bool:
-    """Return whether values occur twice."""
     return len(set(values)) < len(values)
 
 
 def get_node_names(*, node: Any, include_hidden_nodes: bool = False) -> list[NodeName]:
-    """Return the nodes that a node sees."""
     pairs = node.get_node_names_and_namespaces()
     names = [parse_node_name(f"{space.rstrip('/')}/{name}") for name, space in pairs]
     return [each for each in names if include_hidden_nodes or not each.name.startswith("_")]

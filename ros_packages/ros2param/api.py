@@ -51,7 +51,6 @@ def _answer(node: Any, node_name: str, method: str, *given: Any) -> Any:
 
 
 def call_describe_parameters(*, node: Any, node_name: str, parameter_names: Any = None) -> Any:
-    """Return a node's description of parameters."""
     return _answer(node, node_name, "describe_parameters", parameter_names or [])
 
 

@@ -16,7 +16,6 @@ def get_service_names_and_types(*, node: Any, include_hidden_services: bool = Fa
 
 
 def get_service_names(*, node: Any, include_hidden_services: bool = False) -> list[str]:
-    """Return the services that a node sees."""
     pairs = get_service_names_and_types(node=node, include_hidden_services=include_hidden_services)
     return [name for name, _ in pairs]
 

@@ -19,7 +19,6 @@ def get_topic_names_and_types(*, node: Any, include_hidden_topics: bool = False)
 
 
 def get_topic_names(*, node: Any, include_hidden_topics: bool = False) -> list[str]:
-    """Return the topics that a node sees."""
     pairs = get_topic_names_and_types(node=node, include_hidden_topics=include_hidden_topics)
     return [name for name, _ in pairs]
 
@@ -63,7 +62,6 @@ def profile_configure_short_keys(profile: QoSProfile, depth: Any = None, **polic
 
 
 def qos_profile_from_short_keys(preset_profile: str, **parts: Any) -> QoSProfile:
-    """Return a profile of the command line's short keys."""
     profile = QoSPresetProfiles.get_from_short_key(preset_profile)
     profile_configure_short_keys(profile, **parts)
     return profile

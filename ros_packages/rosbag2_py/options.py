@@ -59,7 +59,6 @@ class TopicMetadata:
     type_description_hash: str = ""
 
     def equals(self, other: TopicMetadata) -> bool:
-        """Return whether another is the same."""
         return self == other
 
 
@@ -111,7 +110,6 @@ class BagMetadata:
     text: str = field(default="", repr=False)
 
     def __str__(self) -> str:
-        """Return the lines of `ros2 bag info`."""
         return self.text
 
 
@@ -157,30 +155,24 @@ def compression_mode_from_string(mode: str) -> CompressionMode:
 
 
 def compression_mode_to_string(mode: CompressionMode) -> str:
-    """Return a mode's name."""
     return mode.name
 
 
 def get_registered_readers() -> set[str]:
-    """Return the storages that can be read."""
     return {"mcap", "sqlite3"}
 
 
 def get_registered_writers() -> set[str]:
-    """Return the storages that can be written."""
     return {"mcap", "sqlite3"}
 
 
 def get_registered_compressors() -> set[str]:
-    """Return the forms of compression."""
     return {"zstd"}
 
 
 def get_registered_serializers() -> set[str]:
-    """Return the converters of messages."""
     return {"cdr_converter"}
 
 
 def get_default_storage_id() -> str:
-    """Return the storage that is written where none is asked for."""
     return "mcap"

@@ -57,11 +57,9 @@ class SequentialReader:
         self._restart()
 
     def open_uri(self, uri: str) -> None:
-        """Open a recording by its folder or file."""
         self.open(StorageOptions(uri))
 
     def close(self) -> None:
-        """Read no more."""
         self._bag, self._next, self._messages = None, None, iter(())
 
     def _current(self) -> Bag:
@@ -80,7 +78,6 @@ class SequentialReader:
         self._next = next(self._messages, None)
 
     def has_next(self) -> bool:
-        """Return whether there is another message."""
         self._current()
         return self._next is not None
 
@@ -113,7 +110,6 @@ class SequentialReader:
             self._restart(self._next.time)
 
     def reset_filter(self) -> None:
-        """Read all topics."""
         self.set_filter(StorageFilter())
 
     def set_read_order(self, read_order: ReadOrder) -> bool:
@@ -126,15 +122,12 @@ class SequentialReader:
         return True
 
     def get_metadata(self) -> BagMetadata:
-        """Return the recording in short."""
         return metadata_of(self._current())
 
     def get_all_topics_and_types(self) -> list[TopicMetadata]:
-        """Return the recording's topics."""
         return [_topic(each, number) for number, each in enumerate(_topics(self._current()), 1)]
 
     def get_all_message_definitions(self) -> list[MessageDefinition]:
-        """Return the definition of each type."""
         found = {each.type_name: each for each in _topics(self._current())}
         return [
             MessageDefinition(name, "ros2msg", each.definition, each.type_hash)
@@ -150,7 +143,6 @@ class Info:
     """Reads a recording's metadata."""
 
     def read_metadata(self, uri: str, storage_id: str = "") -> BagMetadata:
-        """Return a recording in short."""
         reader = SequentialReader()
         reader.open(StorageOptions(uri, storage_id))
         return reader.get_metadata()
@@ -178,7 +170,6 @@ def _topic(topic: TopicInfo, number: int) -> TopicMetadata:
 
 
 def metadata_of(bag: Bag) -> BagMetadata:
-    """Return a recording's metadata."""
     counts = bag.counts
     given = read_metadata(bag.path) or {}
     files = [

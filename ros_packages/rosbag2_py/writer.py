@@ -36,7 +36,6 @@ class SequentialWriter:
     def open(
         self, storage_options: StorageOptions, converter_options: ConverterOptions | None = None
     ) -> None:
-        """Begin a recording in a new folder."""
         self.close()
         compression = self._compression
         mode, threads = compression.compression_mode.name, compression.compression_threads
@@ -80,7 +79,6 @@ class SequentialWriter:
         folder.write(self._topics[topic_name], time_stamp, bytes(message), time_stamp)
 
     def split_bagfile(self) -> None:
-        """Continue in a new file."""
         self._current().split()
 
 

@@ -34,12 +34,10 @@ def message_to_yaml(
     no_str: bool = False,
     flow_style: bool = False,
 ) -> str:
-    """Return a message as YAML."""
     return to_yaml(msg, Abridge(truncate_length, no_arr, no_str), flow_style)
 
 
 def message_to_csv(
     msg: Any, *, truncate_length: int | None = None, no_arr: bool = False, no_str: bool = False
 ) -> str:
-    """Return a message's values, with commas between them."""
     return to_csv(msg, Abridge(truncate_length, no_arr, no_str))

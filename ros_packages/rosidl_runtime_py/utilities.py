@@ -9,17 +9,6 @@ from typing import Any
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.types import definition_file, interface_class, packages
 
-__all__ = [
-    "get_action",
-    "get_interface",
-    "get_interface_path",
-    "get_message",
-    "get_service",
-    "is_action",
-    "is_message",
-    "is_service",
-]
-
 
 def _found(identifier: str, kind: str | None) -> Any:
     try:
@@ -40,22 +29,18 @@ get_interface = partial(_found, kind=None)
 
 
 def get_interface_path(interface_name: str) -> str:
-    """Return the path of an interface's definition."""
     return str(definition_file(interface_name))
 
 
 def is_message(interface: Any) -> bool:
-    """Return whether a class or object is a message."""
     return hasattr(interface, "_fields_and_field_types")
 
 
 def is_service(interface: Any) -> bool:
-    """Return whether a class is a service."""
     return hasattr(interface, "Request") and hasattr(interface, "Response")
 
 
 def is_action(interface: Any) -> bool:
-    """Return whether a class is an action."""
     return hasattr(interface, "Goal") and hasattr(interface, "Feedback")
 
 

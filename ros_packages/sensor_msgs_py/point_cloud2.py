@@ -99,7 +99,6 @@ def read_points_list(
     skip_nans: bool = False,
     uvs: Iterable[Any] | None = None,
 ) -> list[Any]:
-    """Return the points as named tuples."""
     points = read_points(cloud, field_names, skip_nans, uvs)
     kinds: Any = namedtuple  # whose names are known here alone
     Point = kinds("Point", points.dtype.names or ())

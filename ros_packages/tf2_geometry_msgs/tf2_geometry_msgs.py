@@ -28,7 +28,6 @@ def _put(point: Any, values: Any) -> None:
 
 
 def do_transform_point(point: PointStamped, transform: TransformStamped) -> PointStamped:
-    """Return a point in the transform's frame."""
     moved = PointStamped(header=transform.header)
     p = point.point
     _put(moved.point, _motion(transform).apply(np.array([[p.x, p.y, p.z]]))[0])
@@ -50,7 +49,6 @@ def do_transform_pose(pose: Pose, transform: TransformStamped) -> Pose:
 
 
 def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) -> PoseStamped:
-    """Return a pose in the transform's frame."""
     return PoseStamped(header=transform.header, pose=do_transform_pose(pose.pose, transform))
 
 

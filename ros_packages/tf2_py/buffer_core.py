@@ -176,7 +176,6 @@ class BufferCore:
         return sorted({*edges, *(edge.parent for edge in edges.values())})
 
     def clear(self) -> None:
-        """Forget all but the static transforms."""
         self._tree.clear()
 
     def all_frames_as_yaml(self) -> str:

@@ -11,7 +11,9 @@ from rclpy.duration import Duration
 from rclpy.node import Node
 from rclpy.task import Future
 from rclpy.time import Time
-from tf2_py import BufferCore, LookupException, TransformException
+from tf2_py import BufferCore
+from tf2_py import LookupException as LookupException
+from tf2_py import TransformException as TransformException
 
 from tf2_ros.buffer_interface import BufferInterface
 
@@ -26,17 +28,10 @@ class Buffer(BufferCore, BufferInterface):
         self._lock = threading.RLock()
         self._waiting: list[tuple[str, str, Time, Future]] = []
 
-    def set_transform(self, transform: TransformStamped, authority: str = "default") -> bool:
+    def _set(self, transform: TransformStamped, authority: str, static: bool) -> bool:
         """Take a transform, and answer those who wait for it."""
         with self._lock:
-            kept = super().set_transform(transform, authority)
-        self._answer()
-        return kept
-
-    def set_transform_static(self, transform: TransformStamped, authority: str = "default") -> bool:
-        """Take a transform that holds at all times, and answer those who wait for it."""
-        with self._lock:
-            kept = super().set_transform_static(transform, authority)
+            kept = super()._set(transform, authority, static)
         self._answer()
         return kept
 
@@ -130,13 +125,9 @@ class Buffer(BufferCore, BufferInterface):
     async def lookup_transform_async(
         self, target_frame: str, source_frame: str, time: Time
     ) -> TransformStamped:
-        """Wait for a transform and return it."""
         return await self.wait_for_transform_async(target_frame, source_frame, time)
 
     def get_frame_names(self) -> list[str]:
         """Return every frame that has a parent."""
         with self._lock:
             return sorted(self._tree.edges)
-
-
-__all__ = ["Buffer", "LookupException", "TransformException"]

@@ -31,7 +31,6 @@ class TransformRegistration:
     __type_map: dict[Any, Callable[[Any, Any], Any]] = {}  # noqa: RUF012 - shared by all on purpose
 
     def print_me(self) -> None:
-        """Print the types."""
         print(TransformRegistration.__type_map)  # noqa: T201 - the original's
 
     def add(self, key: Any, callback: Callable[[Any, Any], Any]) -> None:

@@ -99,7 +99,6 @@ class BufferServer:
         return result
 
     def destroy(self) -> None:
-        """Leave the graph."""
         self._node.destroy_timer(self._timer)
         self._server.destroy()
 

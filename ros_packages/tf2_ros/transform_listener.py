@@ -50,7 +50,6 @@ class TransformListener:
             self.dedicated_listener_thread.start()
 
     def unregister(self) -> None:
-        """Listen no more."""
         self.node.destroy_subscription(self.tf_sub)
         self.node.destroy_subscription(self.tf_static_sub)
 
@@ -59,7 +58,6 @@ class TransformListener:
         self._take(data, self.buffer.set_transform)
 
     def static_callback(self, data: TFMessage) -> None:
-        """Take static transforms."""
         self._take(data, self.buffer.set_transform_static)
 
     def _take(self, data: TFMessage, take: Any) -> None:

@@ -3,5 +3,3 @@
 from __future__ import annotations
 
 from tf2_sensor_msgs.tf2_sensor_msgs import do_transform_cloud, transform_points
-
-__all__ = ["do_transform_cloud", "transform_points"]

@@ -1,6 +1,5 @@
 """TurtleBot4Navigator: BasicNavigator that docks, and waits for what it starts."""
 
-# ruff: noqa: D102 - the names are the original's; each method is the task it names
 from __future__ import annotations
 
 import math

@@ -8,8 +8,6 @@ from typing import Any
 from launch.event_handler import Event
 from launch.events import process
 
-__all__ = ["ExecutionComplete", "Shutdown", "TimerEvent", "matches_action", "process"]
-
 
 class Shutdown(Event):
     """All is to end."""
@@ -39,5 +37,4 @@ class TimerEvent(Event):
 
 
 def matches_action(action: Any) -> Callable[[Any], bool]:
-    """Return a function that returns whether an action is this one."""
     return lambda other: other is action

@@ -7,8 +7,6 @@ from typing import Any
 
 from launch.event_handler import Event
 
-__all__ = ["ChangeState", "StateTransition", "matches_node_name"]
-
 
 class ChangeState(Event):
     """A node is to change its state, by a number of lifecycle_msgs/Transition."""
@@ -31,5 +29,4 @@ class StateTransition(Event):
 
 
 def matches_node_name(*, node_name: str) -> Callable[[Any], bool]:
-    """Return a function that returns whether a node has a name."""
     return lambda action: action.node_name == f"/{node_name.lstrip('/')}"

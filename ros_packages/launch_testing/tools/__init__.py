@@ -9,14 +9,3 @@ from launch_testing.tools.output import (
 )
 from launch_testing.tools.process import ProcessProxy, launch_process
 from launch_testing.tools.text import normalize_lineseps
-
-__all__ = [
-    "ProcessProxy",
-    "basic_output_filter",
-    "expect_output",
-    "expected_output_from_file",
-    "get_default_filtered_patterns",
-    "get_default_filtered_prefixes",
-    "launch_process",
-    "normalize_lineseps",
-]

@@ -42,28 +42,23 @@ class ProcessProxy:
 
     @property
     def running(self) -> bool:
-        """Whether it has started, and not ended."""
         return self._action in self._info.processes() and not self.terminated
 
     @property
     def terminated(self) -> bool:
-        """Whether it has ended."""
         known = self._action in self._info.processes()
         return known and isinstance(self._info[self._action], ProcessExited)
 
     @property
     def output(self) -> str:
-        """What it has written to both streams."""
         return self._filter(self._output.text([self._action]))
 
     @property
     def stdout(self) -> str:
-        """What it has written to standard output."""
         return self._filter(self._output.text([self._action], "stdout"))
 
     @property
     def stderr(self) -> str:
-        """What it has written to standard error."""
         return self._filter(self._output.text([self._action], "stderr"))
 
     @property

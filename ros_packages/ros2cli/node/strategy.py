@@ -12,7 +12,6 @@ class NodeStrategy(DirectNode):
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Add the options of a command's node."""
     parser.add_argument("--spin-time", type=float, help="how long to look about [s]")
     parser.add_argument("-s", "--use-sim-time", action="store_true", help="accepted")
     parser.add_argument("--no-daemon", action="store_true", help="accepted: there is none")
