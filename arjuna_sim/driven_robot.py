@@ -13,7 +13,6 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
-from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.devices.device import mounted
 from arjuna_sim.devices.driving.bases import WheelSpeeds, base_of
 from arjuna_sim.devices.driving.controller import Drive, Limits, limited
@@ -22,14 +21,14 @@ from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.odometry import Odometry, OdometryEstimate
 from arjuna_sim.devices.sensor_suite import SensorSuite
 from arjuna_sim.devices.sensors.battery import BatterySettings
-from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
 from arjuna_sim.model.robot import RobotModel, inscribed_radius
-from arjuna_sim.model.settings import DriveKind, SensorSettings
+from arjuna_sim.model.settings import DriveKind, S, SensorSettings
 from arjuna_sim.physics.placing import EDGE, Placer
 from arjuna_sim.physics.robot_motion import JointStates, RobotMotion, Truth
 from arjuna_sim.physics.stage import Stage
+from arjuna_sim.staged_sensors import StagedSensors
 
 
 class Observation(NamedTuple):
@@ -55,7 +54,7 @@ class Observation(NamedTuple):
     imu_before: tuple[ImuReading, ...] = ()
 
 
-class DrivenRobot:
+class DrivenRobot(StagedSensors):
     """One robot of a simulation.
 
     Args:
@@ -78,10 +77,11 @@ class DrivenRobot:
         seeds: NDArray[np.uint64],
         wanted: SE2 | None,
     ) -> None:
+        super().__init__(stage, config, int(seeds[3]))
         self.name, self.model, self.spawn, self.seeds = name, model, wanted or IDENTITY, seeds
-        self._stage, self._config, self._wanted = stage, config, wanted
-        staged = stage.robots[name].settings.sensors
-        self._staged = dict(zip(map(_key, model.settings.sensors), staged, strict=True))
+        self._wanted = wanted
+        pairs = zip(map(_key, model.settings.sensors), self.settings, strict=True)
+        self._staged: dict[tuple[str, str, str], Any] = dict(pairs)
         self._motion = RobotMotion(stage, name, model.moving_joints)
         self._placer = Placer(stage, name)
         self._base = base_of(model, config.drive)
@@ -90,7 +90,6 @@ class DrivenRobot:
         self.setpoint = Velocity()
         batteries = (s for s in model.settings.sensors if isinstance(s, BatterySettings))
         self._batteries = tuple(batteries)
-        self._cameras: dict[str, Camera] = {}
         self._spawn_notes: tuple[str, ...] = ()
         self.begin()
 
@@ -102,9 +101,10 @@ class DrivenRobot:
 
     def begin(self) -> None:
         """Make new devices, their noise rewound."""
-        config, seeds, staged = self._config, self.seeds, self._stage.robots[self.name]
-        model, earth = self._stage.scene.model, self._stage.world.earth
-        self._sensors = SensorSuite(staged, model, earth, config, seeds[[0, 1, 3]])
+        config, seeds, self.seed = self._config, self.seeds, int(self.seeds[3])
+        super().begin()
+        staged = self._stage.robots[self.name]
+        self._sensors = SensorSuite(staged.settings, self._mount, seeds[:2])
         self._felt: list[ImuReading] = []
         self._is_empty = False
         self.is_imu_faster = self._sensors.is_imu_faster(config.tick)
@@ -120,8 +120,10 @@ class DrivenRobot:
 
     def rebind(self) -> None:
         """Continue with the stage's new MuJoCo model."""
+        super().rebind()
         self._motion.rebind()
-        self._sensors.rebind(self._stage.scene.model)
+        for device in self._sensors.devices:
+            device.rebind(self._stage.scene.model)
 
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drive and noises of the odometry, while it runs."""
@@ -149,11 +151,6 @@ class DrivenRobot:
         if self.controllers.names:
             at = self._motion.driven_joints()
             self._motion.drive_joints(self.controllers.update(elapsed, tick, at))
-
-    @property
-    def camera_seed(self) -> int:
-        """The seed of its cameras' noise."""
-        return int(self.seeds[3])
 
     @property
     def elapsed(self) -> float:
@@ -202,38 +199,18 @@ class DrivenRobot:
     def _encoders(self) -> Floats:
         return self._base.encoders(self._motion.wheel_angles())
 
-    def staged(self, sensor: SensorSettings) -> SensorSettings:
+    @property
+    def settings(self) -> tuple[SensorSettings, ...]:
+        """Its sensors, as the stage knows them."""
+        return self._stage.robots[self.name].settings.sensors
+
+    def staged(self, sensor: S) -> S:
         """Return one of its sensors as the stage knows it."""
-        return self._staged[_key(sensor)]
+        found: S = self._staged[_key(sensor)]
+        return found
 
-    def picture(
-        self, color: bool = True, depth: bool = False, camera: CameraSettings | None = None
-    ) -> Shot:
-        """Return what a camera sees now: colours, distances or both.
-
-        Args:
-            camera: One of its own; its first if None.
-
-        Raises:
-            CameraError: It has no camera, or this machine cannot draw.
-        """
-        camera = camera or self.model.settings.first(CameraSettings)
-        if camera is None:
-            raise CameraError(f"{self.model.urdf.path}: has no camera sensor")
-        if camera.name not in self._cameras:
-            staged = self.staged(camera)
-            assert isinstance(staged, CameraSettings)
-            self._cameras[camera.name] = Camera(staged, self.camera_seed)
-        found = self._cameras[camera.name]
-        return found.shoot(self._stage.scene.model, self._stage.data, color, depth)
-
-    def sense(self, sensor: SensorSettings, now: float) -> Any:
-        """Return a reading of one of its further sensors at a time [s]."""
-        return self._sensors.read(self.staged(sensor), self._stage.data, now)
-
-    def device(self, sensor: SensorSettings) -> Any:
-        """Return what simulates one of its further sensors, to be commanded."""
-        return self._sensors.device(self.staged(sensor))
+    def _mounted(self, sensor: SensorSettings) -> Pose3:
+        return mounted(self._stage.robots[self.name], sensor)
 
     def surfaces(self) -> Floats:
         """Return the world's true surfaces at the lidar's height.
@@ -256,7 +233,8 @@ class DrivenRobot:
         """Pick it up and put it down at rest; its odometry does not notice."""
         self._motion.put(self._placer.root_pose(pose))
         self._drive.reset()
-        self._sensors.settle()
+        for device in (*self._sensors.devices, *self._devices.values()):
+            device.settle()
 
     def lift(self, height: float) -> None:
         """Lift it to a height [m], clear of all others."""
@@ -300,11 +278,6 @@ class DrivenRobot:
             f"the start {_place(spawn)} is outside the world's walls: nothing inside can be reached"
             f" from there{hint}",
         )
-
-    def close(self) -> None:
-        """Free what the cameras hold."""
-        for camera in self._cameras.values():
-            camera.close()
 
 
 def _place(pose: SE2) -> str:

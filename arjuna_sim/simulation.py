@@ -17,7 +17,7 @@ from arjuna_sim.model.entities import BlockedPoseError
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
-from arjuna_sim.world_sensors import WorldSensors
+from arjuna_sim.staged_sensors import StagedSensors
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class Simulation:
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
         self._first = {name: self._made(name, start) for name, start in starts.items()}
         self.robots = dict(self._first)
-        self.fixed = WorldSensors(self.stage, config, int(self._seeds[0]))
+        self.fixed = StagedSensors(self.stage, config, int(self._seeds[0]))
         self.stage.on_rebuild = self._rebind
         self._choose_spawns()
         self.reset()

@@ -17,11 +17,10 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.camera import CameraError, CameraThread, Shot, focal_length, points
 from arjuna_sim.devices.sensors.camera import CameraSettings
-from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.world import World
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.physics.stage import Stage
-from arjuna_sim.world_sensors import WorldSensors
+from arjuna_sim.staged_sensors import StagedSensors
 
 _QUALITY = 95  # of JPEG, as image_transport's
 
@@ -32,7 +31,7 @@ class WorldTopics:
     Topics of a world that was there before stay, silent, until the node's cleanup.
     """
 
-    def __init__(self, node: ManagedNode, fixed: WorldSensors, stage: Stage) -> None:
+    def __init__(self, node: ManagedNode, fixed: StagedSensors, stage: Stage) -> None:
         self._node, self._fixed, self._stage = node, fixed, stage
         self._world: World | None = None
         self._cameras: list[CameraTopics] = []
@@ -83,7 +82,7 @@ class CameraTopics:
     def __init__(
         self,
         node: ManagedNode,
-        robot: DrivenRobot | WorldSensors,
+        robot: StagedSensors,
         stage: Stage,
         settings: CameraSettings,
         cloud_rate: float = 0.0,
@@ -138,13 +137,12 @@ class CameraTopics:
     def _ask(self, now: float, color: bool, depth: bool) -> None:
         if self._thread is None:
             staged = self._robot.staged(self._settings)
-            assert isinstance(staged, CameraSettings)
-            self._thread = CameraThread(staged, self._robot.camera_seed)
+            self._thread = CameraThread(staged, self._robot.seed)
         self._thread.ask(self._stage.scene.model, self._stage.data, now, color, depth)
 
     def _shoot(self, now: float, color: bool, depth: bool) -> None:
         try:
-            shot: Shot | CameraError = self._robot.picture(color, depth, self._settings)
+            shot: Shot | CameraError = self._robot.picture(self._settings, color, depth)
         except CameraError as error:
             shot = error
         self._finish(now, shot)

@@ -40,10 +40,9 @@ from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarSettings, Range
 from arjuna_sim.devices.sensors.magnetometer import MagnetometerSettings
 from arjuna_sim.devices.sensors.navsat import Fix, NavSatSettings
 from arjuna_sim.devices.sensors.true_odometry import TrueMotion, TrueOdometrySettings
-from arjuna_sim.driven_robot import DrivenRobot
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.nodes.messages import WORLD, imu_msg, twist_msg
-from arjuna_sim.world_sensors import WorldSensors
+from arjuna_sim.staged_sensors import StagedSensors
 
 Convert = Callable[[Any, Any, float], Any]
 """Returns the message of a sensor's settings, its reading and the time [s]."""
@@ -201,7 +200,7 @@ class SensorTopics:
     def __init__(
         self,
         node: ManagedNode,
-        robot: DrivenRobot | WorldSensors,
+        robot: StagedSensors,
         sensors: tuple[SensorSettings, ...],
     ) -> None:
         self._robot = robot

@@ -96,7 +96,7 @@ class SimNode(ManagedNode):
         SimulationServices(self, self._steps, known.infos.clear)
         answers = EntityServices(self, known).answers
         GazeboServices(self, known, answers)
-        StatesOfModels(self, known, answers)
+        StatesOfModels(self, known)
 
     def activate(self) -> None:
         """Restart pacing, and publish the pose of the world."""

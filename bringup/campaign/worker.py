@@ -36,8 +36,8 @@ _SOURCES = ("arjuna_core", "arjuna_sim", "arjuna_slam", "arjuna_nav", "bringup")
 _SHIPPED = ("urdf", "worlds", "maps", "params", "behavior_trees")
 _BENCHMARKS = ("tests/bench", "tests/helpers")
 _LIBRARIES = (
-    *("google-re2", "llvmlite", "matplotlib", "mcap", "mujoco", "numba", "numpy", "pillow"),
-    *("ros-jazzy-rclpy", "scipy", "trimesh", "xacro", "yourdfpy"),
+    *("google-re2", "llvmlite", "mapbox-earcut", "matplotlib", "mcap", "mujoco", "numba"),
+    *("numpy", "pillow", "ros-jazzy-rclpy", "scipy", "trimesh", "xacro", "yourdfpy"),
 )
 Fetch = Callable[[Sequence[str]], Iterable[bytes]]
 """Returns the contents of files by their SHA-256, in order."""

@@ -150,21 +150,15 @@ def _least(urdf: Urdf, group: list[str]) -> Inertial:
 
 def rigid_groups(urdf: Urdf) -> list[list[str]]:
     """Return the links that fixed joints hold together, each group's root first."""
-    group_of: dict[str, list[str]] = {}
     fixed = {j.child: j.parent for j in urdf.joints.values() if j.kind == "fixed"}
-    groups = []
+    groups: dict[str, list[str]] = {}
     for name in urdf.links:
-        chain = [name]
-        while chain[-1] in fixed and chain[-1] not in group_of:
-            chain.append(fixed[chain[-1]])
-        top = chain[-1]
-        if top not in group_of:
-            group_of[top] = [top]
-            groups.append(group_of[top])
-        for link in reversed(chain[:-1]):
-            group_of[link] = group_of[top]
-            group_of[top].append(link)
-    return groups
+        top = name
+        while top in fixed:
+            top = fixed[top]
+        group = groups.setdefault(top, [top])
+        group += [name] if name != top else []
+    return list(groups.values())
 
 
 def friction_of(

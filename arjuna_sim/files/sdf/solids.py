@@ -6,6 +6,7 @@ import math
 from pathlib import Path
 
 import numpy as np
+from mapbox_earcut import triangulate_float64
 from PIL import Image
 
 from arjuna_core.arrays import Floats, Ints
@@ -14,6 +15,7 @@ from arjuna_core.files.input_file import open_file
 
 _CORNERS_MAX = 1000
 _LEAST = 1e-12  # [m^2]
+_OFF = 1e-9  # [share]
 _PIXELS_MAX = 4_000_000
 _FULL = {"L": 255.0, "I;16": 65535.0, "I": 65535.0}
 
@@ -49,7 +51,7 @@ def prism(corners: Floats, height: float) -> Floats:
         raise ValueError(f"has {len(corners)} corners; valid: 3 to {_CORNERS_MAX}")
     if _area(corners) < 0.0:
         corners = corners[::-1]
-    caps = corners[_ears(corners)]
+    caps = _triangles(corners)
     low, high = (np.pad(caps, ((0, 0), (0, 0), (0, 1)), constant_values=z) for z in (0.0, height))
     a = np.pad(corners, ((0, 0), (0, 1)))
     b, up = np.roll(a, -1, axis=0), np.array([0.0, 0.0, height])
@@ -62,48 +64,21 @@ def _area(corners: Floats) -> float:
     return float(np.sum(corners[:, 0] * after[:, 1] - after[:, 0] * corners[:, 1])) / 2.0
 
 
-def _ears(corners: Floats) -> Ints:
-    """Cut a polygon into triangles, an ear at a time.
-
-    Source: Meisters, Polygons have ears, American Mathematical Monthly 82 (1975).
-
-    Returns:
-        Indices `(N, 3) int64`, counter-clockwise.
+def _triangles(corners: Floats) -> Floats:
+    """Cut a polygon, counter-clockwise, into triangles, `(N, 3, 2) float64` [m].
 
     Raises:
         ValueError: It crosses itself or has no area.
     """
-    remaining, found = list(range(len(corners))), []
-    while len(remaining) > 3:
-        for i in range(len(remaining)):
-            ear = [remaining[i - 1], remaining[i], remaining[(i + 1) % len(remaining)]]
-            others = [corner for corner in remaining if corner not in ear]
-            twice = _turn(corners[ear[0]], corners[ear[1]], corners[ear[2]][None])[0]
-            if abs(twice) < _LEAST or (twice > 0.0 and not _holds(corners, ear, others)):
-                found += [ear] if twice > _LEAST else []
-                remaining.pop(i)
-                break
-        else:
-            raise ValueError("crosses itself")
-    found.append(remaining)
-    if abs(_area(corners)) < _LEAST:
+    rings = np.array([len(corners)], np.uint32)
+    found: Floats = corners[triangulate_float64(corners, rings)].reshape(-1, 3, 2)
+    area = _area(corners)
+    if area < _LEAST:
         raise ValueError("has no area")
-    return np.array(found, np.int64)
-
-
-def _holds(corners: Floats, ear: list[int], others: list[int]) -> bool:
-    """Return whether corners lie in a triangle or on its edges, where the rest would overlap."""
-    a, b, c = corners[ear]
-    apart = (corners[others][:, None] != corners[ear]).any(axis=2).all(axis=1)
-    points = corners[others][apart]
-    inside = np.stack([_turn(p, q, points) > -_LEAST for p, q in ((a, b), (b, c), (c, a))])
-    return bool(inside.all(axis=0).any())
-
-
-def _turn(a: Floats, b: Floats, points: Floats) -> Floats:
-    """Return twice the signed area of the triangle with each of the points."""
-    result: Floats = (b[0] - a[0]) * (points[:, 1] - a[1]) - (b[1] - a[1]) * (points[:, 0] - a[0])
-    return result
+    # Where the outline crosses itself, the triangles cover another area than it encloses.
+    if abs(sum(_area(triangle) for triangle in found) - area) > _OFF * area:
+        raise ValueError("crosses itself")
+    return found
 
 
 def read_heights(path: Path) -> Floats:

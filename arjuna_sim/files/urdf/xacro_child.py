@@ -1,8 +1,7 @@
-"""Expanding xacro macros, each file in a process of its own whose time and memory are limited.
+"""Expanding xacro macros of one file, as a process whose time and memory are limited.
 
-It reads requests (JSON), a line each, on its standard input, and forks for each; the answer is a
-line on its standard output, empty where the fork died. Of arjuna_sim it imports no more than it
-needs, so that it starts at once.
+It reads a request (JSON) on its standard input and answers on its standard output. Of arjuna_sim it
+imports no more than it needs, so that it starts at once.
 
 xacro itself is as it came. It reads files through the `open` that stands in its namespace and finds
 packages through `ament_index_python`: both are given to it here.
@@ -14,16 +13,15 @@ import builtins
 import contextlib
 import io
 import json
-import os
 import re
 import resource
+import signal
 import sys
 from pathlib import Path
 from types import ModuleType
-from typing import Any, NoReturn
+from typing import Any
 
 import xacro
-import xacro.substitution_args  # it imports it where it first meets $(...): before the forks
 from defusedxml import DefusedXmlException, ElementTree, minidom
 from xacro import XacroException
 
@@ -204,36 +202,15 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
     return {"text": text, "notes": list(expansion.notes), "files": files, "off": expansion.off}
 
 
-def _expand(line: bytes, answer: int) -> NoReturn:
-    """Answer a request within the limits, and end."""
-    code = 1
-    with contextlib.suppress(BaseException), os.fdopen(answer, "w") as out:
-        request = json.loads(line)
-        os.environ.clear()
-        os.environ.update(request["environment"])
-        _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
-        _limit(resource.RLIMIT_CPU, 1)  # [s]
-        _limit(resource.RLIMIT_FSIZE, 0)
-        with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
-            text = json.dumps(_answer(request))
-        out.write(text)
-        code = 0
-    os._exit(code)
-
-
 def main() -> None:
-    """Answer requests until there are no more."""
-    for line in sys.stdin.buffer:
-        reader, writer = os.pipe()
-        pid = os.fork()
-        if pid == 0:
-            _expand(line, writer)
-        os.close(writer)
-        with os.fdopen(reader, "rb") as stream:
-            text = stream.read()
-        _, status = os.waitpid(pid, 0)
-        sys.stdout.buffer.write((b"" if status else text) + b"\n")
-        sys.stdout.buffer.flush()
+    """Answer a request, within the limits."""
+    request, out = json.load(sys.stdin), sys.stdout
+    signal.setitimer(signal.ITIMER_PROF, 1.0)  # [s] of computing, after which it is killed
+    _limit(resource.RLIMIT_AS, _MEMORY_BYTES)
+    _limit(resource.RLIMIT_FSIZE, 0)
+    with contextlib.redirect_stderr(io.StringIO()), contextlib.redirect_stdout(io.StringIO()):
+        answer = _answer(request)
+    json.dump(answer, out)
 
 
 if __name__ == "__main__":

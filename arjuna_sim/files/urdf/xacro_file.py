@@ -2,20 +2,15 @@
 
 from __future__ import annotations
 
-import atexit
 import importlib.util
 import json
-import os
 import re
 import shlex
-import signal
 import subprocess
 import sys
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from select import select
-from threading import Lock
 from typing import Any
 
 from arjuna_core.errors import ConfigError, RobotError
@@ -87,7 +82,6 @@ def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expa
         "arguments": dict(arguments),
         "packages": [str(folder.resolve()) for folder in search.packages],
         "models": [str(folder.resolve()) for folder in search.models],
-        "environment": dict(os.environ),
     }
     answer = _ask(path, request)
     if "error" in answer:
@@ -100,75 +94,19 @@ def expand(path: Path, search: SearchPath, arguments: Mapping[str, str]) -> Expa
 def _ask(path: Path, request: dict[str, Any]) -> dict[str, Any]:
     """Have a process expand a file; one that dies has hit a limit."""
     try:
-        answer = EXPANDER.ask(json.dumps(request).encode())
-    except TimeoutError as error:
-        raise RobotError(path, f"xacro cannot expand it: {error}") from error
-    if not answer.strip():
+        done = subprocess.run(
+            [sys.executable, "-m", "arjuna_sim.files.urdf.xacro_child"],
+            cwd=_ROOT,
+            input=json.dumps(request).encode(),
+            stdout=subprocess.PIPE,
+            timeout=20.0,  # [s] of a machine under load: what it computes is limited to 1 s
+            start_new_session=True,  # Ctrl-C is for us
+        )
+    except subprocess.TimeoutExpired as error:
+        problem = f"xacro cannot expand it: no end after {error.timeout:g} s"
+        raise RobotError(path, problem) from error
+    if done.returncode:
         problem = "xacro cannot expand it: it takes more than 1 s of computing, or too much memory"
         raise RobotError(path, problem)
-    found: dict[str, Any] = json.loads(answer)
+    found: dict[str, Any] = json.loads(done.stdout)
     return found
-
-
-class Expander:
-    """A process that has imported xacro and forks for each file; it ends with ours.
-
-    Attributes:
-        patience: For a fork that waits; one that computes is stopped by its own limit [s].
-    """
-
-    def __init__(self) -> None:
-        self.patience, self._lock = 20.0, Lock()
-        # By our own: a fork of ours does not share the pipes.
-        self._processes: dict[int, subprocess.Popen[bytes]] = {}
-
-    def ask(self, request: bytes) -> bytes:
-        """Return the answer to a request, a line; none of one that has hit a limit.
-
-        Raises:
-            TimeoutError: There is no answer in time.
-        """
-        with self._lock:
-            process, answer = self.process, b""
-            assert process.stdin is not None
-            assert process.stdout is not None
-            try:
-                process.stdin.write(request + b"\n")
-                process.stdin.flush()
-                if not select([process.stdout], [], [], self.patience)[0]:
-                    raise TimeoutError(f"no end after {self.patience:g} s")
-                answer = process.stdout.readline()
-            except BrokenPipeError:  # it was killed
-                pass
-            finally:
-                if not answer:  # what it says later answers no other request
-                    self.close()
-            return answer
-
-    @property
-    def process(self) -> subprocess.Popen[bytes]:
-        """The process; it is started where it does not run."""
-        process = self._processes.get(os.getpid())
-        if process is None or process.poll() is not None:
-            process = subprocess.Popen(
-                [sys.executable, "-m", "arjuna_sim.files.urdf.xacro_child"],
-                cwd=_ROOT,
-                stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE,
-                start_new_session=True,  # Ctrl-C is for us
-            )
-            self._processes[os.getpid()] = process
-        return process
-
-    def close(self) -> None:
-        """End the process and its fork, if there is one."""
-        process = self._processes.pop(os.getpid(), None)
-        if process is None:
-            return
-        with process:
-            if process.poll() is None:
-                os.killpg(process.pid, signal.SIGKILL)
-
-
-EXPANDER = Expander()
-atexit.register(EXPANDER.close)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
 from typing import Any
 
 from gazebo_msgs.msg import ModelStates
-from simulation_interfaces.msg import Result
-from simulation_interfaces.srv import GetEntityState
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
@@ -22,38 +19,26 @@ _PERIOD = 0.1  # [s]; most worlds that have the plug-in ask for 10 Hz
 class StatesOfModels:
     """Publishes on a topic once somebody listens to it; nobody else sees it."""
 
-    def __init__(
-        self,
-        node: ManagedNode,
-        known: KnownEntities,
-        answers: Mapping[str, Callable[[Any, Any], Any]],
-    ) -> None:
-        self._node, self._known, self._answers = node, known, answers
+    def __init__(self, node: ManagedNode, known: KnownEntities) -> None:
+        self._node, self._known = node, known
         self._out: dict[str, Any] = {}
         if node.transport is None:  # else nobody listens but nodes of this process
             node.every(_PERIOD, self._publish)
-        node.keep(self)
 
     def message(self) -> ModelStates:
         """Return the poses and velocities of all entities in the world's frame."""
         message = ModelStates(header=header(WORLD, self._node.now))
         for entity in self._known.all():
-            request = GetEntityState.Request(entity=entity.name)
-            found = self._answers["get_entity_state"](request, GetEntityState.Response())
-            if found.result.result == Result.RESULT_OK:
-                message.name.append(entity.name)
-                message.pose.append(found.state.pose)
-                message.twist.append(found.state.twist)
+            state = self._known.state(entity)
+            message.name.append(entity.name)
+            message.pose.append(state.pose)
+            message.twist.append(state.twist)
         return message
-
-    def destroy(self) -> None:
-        """Do nothing: its publishers are the node's."""
 
     def _publish(self) -> None:
         node = self._node
         for topic in _TOPICS:
-            path = node.process.absolute(topic)
-            if topic not in self._out and node.count_subscribers(path):
+            if topic not in self._out and node.count_subscribers(node.process.absolute(topic)):
                 self._out[topic] = node.publisher(ModelStates, topic, qos.DEFAULT)
         read = [out for out in self._out.values() if out.get_subscription_count()]
         if read:

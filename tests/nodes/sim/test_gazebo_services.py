@@ -10,6 +10,7 @@ from gazebo_msgs import srv
 
 from arjuna_core.ros.convert import quaternion
 from arjuna_sim.nodes.services.gazebo import GazeboServices
+from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.model_states import StatesOfModels
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import start_in
@@ -56,8 +57,8 @@ def test_entities_come_move_and_go(ask: Any) -> None:
 
 
 def test_all_models_have_a_state(bench: RosBench) -> None:
-    (states,) = start_in(bench).kept(StatesOfModels)
-    message = states.message()
+    sim = start_in(bench)
+    message = StatesOfModels(sim, KnownEntities(sim.simulator)).message()
     assert len(message.name) == len(message.pose) == len(message.twist) > 0
     assert message.header.frame_id == "world"
 

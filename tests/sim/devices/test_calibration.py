@@ -27,51 +27,6 @@ from arjuna_sim.devices.odometry import OdometryConfig
 from arjuna_sim.files.robots.robot_file import load_robot
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited
 
-# Worked out by hand: a straight goes on by its speed times its time; a spin turns on the spot; an
-# arc of half a turn ends beside its start by twice its radius v / w, facing back.
-ENDS = (
-    (2.0, 0.0, 0, 4.0),  # straight at 0.5 m/s for 4 s
-    (2.0, 0.0, 90, math.pi / 2),  # a quarter to the left at 1 rad/s
-    (2.0, 1.2, 90, 4.0),  # at 0.3 m/s
-    (2.0, 1.2, 180, math.pi / 4),  # a quarter at 2 rad/s
-    (0.0, 1.2, 180, 2.0),  # at 1 m/s
-    (0.0, 1.2, 360, 2.0 * math.pi),  # a half at 0.5 rad/s
-    (0.0, 2.8, 540, 2.0 * math.pi),  # half a circle to the left, of 0.8 m
-    (0.0, 2.8, 450, math.pi / 2),  # a quarter to the right
-    (1.6, 2.8, 270, 2.0 * math.pi),  # half a circle to the right, of 0.8 m
-    (1.6, 2.8, 180, math.pi / 4),
-    (1.6, 1.8, 360, math.pi),  # half a circle to the left, of 0.5 m
-    (0.4, 1.8, 360, 4.0),  # back at 0.3 m/s
-    (0.4, 0.6, 180, math.pi),  # half a circle to the right, of 0.6 m
-    (0.4, 0.6, 90, math.pi),  # a quarter to the right at 0.5 rad/s
-)
-
-
-class Exact:
-    """A vehicle that does what is commanded, and knows when it rested."""
-
-    tick = math.pi / 400  # of which every manoeuvre but a straight takes a whole number
-
-    def __init__(self) -> None:
-        self.pose = SE2(0.0, 0.0, 0.0)
-
-    def drive(self, velocity: Velocity) -> None:
-        self.pose @= SE2.exp((velocity.x * self.tick, 0.0, velocity.yaw_rate * self.tick))
-
-    def observe(self) -> Measurement:
-        return Measurement((0.0, 0.0), self.pose)
-
-
-def test_the_pattern_leads_where_geometry_says() -> None:
-    log = drive(Exact())
-    assert len(log.spans) == len(ENDS)
-    for (x, y, degrees, seconds), (manoeuvre, start, end) in zip(ENDS, log.spans, strict=True):
-        assert log.truth[end, :2] == pytest.approx((x, y), abs=0.03)
-        assert log.truth[end, 2] == pytest.approx(math.radians(degrees), abs=1e-6)
-        assert (end - start) * log.tick - 1.0 == pytest.approx(seconds, abs=log.tick)
-        assert manoeuvre.seconds == pytest.approx(seconds)
-
-
 TRUE, NOMINAL = Kinematics(0.5, 0.08), Kinematics(0.3, 0.1)
 START = SE2(1.0, -2.0, 3.0)
 
@@ -238,34 +193,6 @@ def test_odometry_is_within_two_and_four_per_cent_after_it(found: Calibration) -
     assert max(abs(row.path_error) for row in found.after) < 0.02
     assert max(abs(row.turn_error) for row in found.after) < 0.04
     assert min(row.turn_error for row in found.before if row.manoeuvre.kind == "spin") > 0.5
-
-
-def test_dead_reckoning_of_the_pattern_ends_near_the_truth_only_after_it(
-    found: Calibration,
-) -> None:
-    end = found.check.truth[-1, :2]
-    after = found.path_after[-1, :2]
-    before = found.path_before[-1, :2]
-    assert math.dist(end, after) < 0.5  # of 20 m
-    assert math.dist(end, before) > 1.0
-
-
-def test_identification_is_exact_where_odometry_is(found: Calibration) -> None:
-    """Truth replaced by what some ideal robot would have done."""
-    ideal = Kinematics(0.5, 0.07)
-    poses = dead_reckon(found.check, ideal)
-    poses[:, 2] = np.unwrap(poses[:, 2])
-    log = type(found.check)(found.check.wheels, poses, found.check.spans, found.check.tick)
-    again = identify(log)
-    assert again.track == pytest.approx(0.5, rel=1e-3)
-    assert again.radius == pytest.approx(0.07, rel=1e-3)
-    assert max(abs(row.turn_error) for row in compare(log, ideal)) < 1e-2
-
-
-def test_noise_covers_the_errors_that_remain(found: Calibration) -> None:
-    noise = found.noise
-    assert 0.001 <= noise.drift_noise <= noise.angular_noise < 0.05
-    assert 0.001 <= noise.linear_noise < 0.02
 
 
 def test_a_world_without_room_is_refused() -> None:

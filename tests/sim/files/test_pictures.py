@@ -22,6 +22,7 @@ from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.inputs import named_robot
 from arjuna_sim.model.world import World
 from arjuna_sim.simulation import Simulation, solo
+from tests.sim.builders import first
 
 PBR = "<pbr><metal><albedo_map>{}</albedo_map></metal></pbr>"
 OGRE = (
@@ -116,7 +117,7 @@ def seen_from(world: World, start: SE2) -> np.ndarray:
     """Return what the shipped robot's camera sees from a pose."""
     rng = np.random.default_rng(0)
     sim = Simulation(solo(named_robot("", ""), start), world, SimulatorConfig(), rng)
-    picture = sim.robot.picture().color
+    picture = sim.robot.picture(first(sim.robot.model, CameraSettings)).color
     sim.close()
     assert picture is not None
     return picture

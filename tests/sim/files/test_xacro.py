@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
-import json
-import os
-import signal
-from contextlib import closing
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -17,19 +14,17 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
-from arjuna_sim.files.urdf.xacro_file import EXPANDER, Expanded, Expander, expand, has_macros
+from arjuna_sim.files.urdf.xacro_file import Expanded, expand, has_macros
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind
 from arjuna_sim.simulation import Simulation, solo
-from tests.helpers.processes import Lines, ended
 from tests.sim.builders import run, texts
 from tests.sim.generated import level
 from tests.sim.robot_files.options import RobotFile, robot_files
 from tests.sim.robot_files.package import write
 
 pytest.importorskip("xacro")
-SEED = Path(__file__).parents[2] / "fuzz" / "corpus" / "macros.xacro"
 ALL = {"arm": "true", "use_sim": "true"}
 ROBOT = '<robot name="r" xmlns:xacro="http://www.ros.org/wiki/xacro">{}</robot>'
 
@@ -39,11 +34,6 @@ def _expand(folder: Path, inside: str, **arguments: str) -> Expanded:
     path.parent.mkdir(parents=True, exist_ok=True)
     path.write_text(ROBOT.format(inside), encoding="utf-8")
     return expand(path, SearchPath((folder / "elsewhere",)), arguments)
-
-
-def request(path: Path) -> bytes:
-    nothing: dict[str, object] = {"arguments": {}, "packages": [], "models": [], "environment": {}}
-    return json.dumps({"path": str(path), **nothing}).encode()
 
 
 @pytest.mark.parametrize("value", ["$(arg on)", "${on}", "$(optenv NOT_SET_ANYWHERE)"])
@@ -149,46 +139,29 @@ def test_packages_and_files_of_values_are_found(tmp_path: Path) -> None:
         _expand(tmp_path, inside.replace("sizes", "none"))
 
 
-def test_forks_expand_files_independently(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_files_are_expanded_by_the_environment_of_the_call(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     inside = '<xacro:property name="b" value="${load_yaml(\'b.yaml\').x}"/><a b="${b}"/>'
-    monkeypatch.setenv("HEARD", "one")
-    assert b'b="one"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
-    process = EXPANDER.process
-    monkeypatch.setenv("HEARD", "two")
-    assert b'b="two"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
+    for value in ("one", "two"):
+        monkeypatch.setenv("HEARD", value)
+        assert f'b="{value}"'.encode() in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
     (tmp_path / "package" / "urdf" / "b.yaml").write_text("x: 5", encoding="utf-8")
     assert b'b="5"' in _expand(tmp_path, inside).text
+
+
+def test_an_expansion_that_does_not_end_is_refused(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     with pytest.raises(RobotError, match="more than 1 s of computing"):
         _expand(tmp_path, "<a b='${9**9**9}'/>")
-    assert EXPANDER.process is process
-    assert b'b="two"' in _expand(tmp_path, '<a b="$(env HEARD)"/>').text
 
+    def run(command: object, timeout: float, **given: object) -> None:
+        raise subprocess.TimeoutExpired("xacro", timeout)
 
-def test_an_expansion_that_waits_or_was_killed_answers_no_other_file() -> None:
-    expander, good = Expander(), request(SEED)
-    with closing(expander):
-        assert b"left_joint" in expander.ask(good)
-        killed = expander.process
-        killed.kill()
-        killed.wait()
-        assert b"left_joint" in expander.ask(good)
-        os.killpg(expander.process.pid, signal.SIGSTOP)
-        expander.patience = 0.1
-        with pytest.raises(TimeoutError, match=r"no end after 0\.1 s"):
-            expander.ask(good)
-        expander.patience = 60.0
-        assert b"cannot be read" in expander.ask(request(Path("/none")))
-
-
-def test_the_process_ends_with_the_one_that_started_it() -> None:
-    code = (
-        "from arjuna_sim.files.urdf.xacro_file import EXPANDER; import os, time;"
-        "print('started', EXPANDER.process.pid, flush=True); time.sleep(60.0)"
-    )
-    with Lines("-c", code) as lines:
-        pid = int(lines.wait_for("started")[0].split()[1])
-        lines.process.kill()
-        assert ended(pid)
+    monkeypatch.setattr("subprocess.run", run)
+    with pytest.raises(RobotError, match="no end after 20 s"):
+        _expand(tmp_path, "<a/>")
 
 
 _PLAIN = [dataclasses.replace(file, macros=False) for file in robot_files(20, seed=3)]

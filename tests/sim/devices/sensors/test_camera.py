@@ -20,7 +20,7 @@ from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.entities import Entity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.simulation import Simulation
-from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, simulator, texts, urdf_file
+from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, first, simulator, texts, urdf_file
 
 TOPICS = ("topic", "depth_topic", "cloud_topic", "info_topic")
 
@@ -220,7 +220,7 @@ def topics(found: CameraSettings) -> dict[str, Any]:
 
 def _picture(sim: Simulation) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]:
     try:
-        picture = sim.robot.picture().color
+        picture = sim.robot.picture(first(sim.robot.model, CameraSettings)).color
     except CameraError as error:
         pytest.skip(str(error))
     assert picture is not None
@@ -228,7 +228,7 @@ def _picture(sim: Simulation) -> np.ndarray[tuple[int, ...], np.dtype[np.uint8]]
 
 
 def _depth(sim: Simulation) -> np.ndarray[tuple[int, ...], np.dtype[np.float32]]:
-    shot = sim.robot.picture(color=False, depth=True)
+    shot = sim.robot.picture(first(sim.robot.model, CameraSettings), color=False, depth=True)
     assert shot.color is None
     assert shot.depth is not None
     return shot.depth
@@ -327,11 +327,10 @@ def test_red_box_is_where_the_lens_shows_it(tmp_path: Path) -> None:
     assert np.array_equal(*depths)  # of an ideal lens
 
 
-def test_robot_without_a_camera_says_so(tmp_path: Path) -> None:
+def test_unknown_camera_is_none_and_noted(tmp_path: Path) -> None:
     sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="thermal"'))
     assert any("'thermal' is not simulated" in note for note in sim.notes)
-    with pytest.raises(CameraError, match="has no camera sensor"):
-        sim.robot.picture()
+    assert sim.robot.model.settings.first(CameraSettings) is None
 
 
 def test_camera_follows_what_is_spawned() -> None:

@@ -63,6 +63,17 @@ def test_a_lidar_that_says_nothing_looks_all_around() -> None:
     assert (noisy.range_min, noisy.range_max) == (0.2, 1e4)
 
 
+@pytest.mark.parametrize("outer", ["{}", "<plugin filename='libmaker.so'>{}</plugin>"])
+@pytest.mark.parametrize("tag", ["ray", "lidar"])
+def test_rays_have_either_name_and_may_stand_in_a_plugin(outer: str, tag: str) -> None:
+    frame = "<ignition_frame_id>/eye</ignition_frame_id>"
+    given = ray(samples(30), samples(4, -0.1, 0.1)).replace("ray>", f"{tag}>") + frame
+    found = read(outer.format(given))[0]
+    assert isinstance(found, LidarSettings)
+    assert (found.samples, found.frame) == (30, "eye")
+    assert isinstance(found, CloudSettings) == (outer == "{}")  # a plugin's rows are cut to one
+
+
 @pytest.mark.parametrize(
     ("inside", "problem"),
     [

@@ -119,7 +119,7 @@ def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> No
         for parent, child, kind in (*chain, ("free", "on_free", "fixed"))
     }
     urdf = Urdf(Path("r"), "r", "", "root", {one.name: one for one in links}, joints)
-    assert rigid_groups(urdf) == [["root", "mid", "tip"], ["free", "on_free"]]
+    assert rigid_groups(urdf) == [["root", "tip", "mid"], ["free", "on_free"]]
 
 
 @pytest.mark.parametrize(
