@@ -73,18 +73,15 @@ class SimpleProgressChecker:
         self._since: tuple[SE2, float] | None = None
 
     def reset(self) -> None:
-        """Start over with the next check."""
         self._since = None
 
     def check(self, pose: SE2, now: float) -> bool:
-        """Return whether the robot makes progress, at a pose [m, m, rad] and a time [s]."""
         if self._since is None or self._moved(self._since[0], pose):
             self._since = (pose, now)
             return True
         return now - self._since[1] <= self._config.movement_time_allowance
 
     def failure_message(self) -> str:
-        """Say what the robot did not do."""
         config = self._config
         return (
             f"moved less than {config.required_movement_radius:g} m in "
@@ -115,7 +112,6 @@ class PoseProgressChecker(SimpleProgressChecker):
         self._angle = config.required_movement_angle
 
     def failure_message(self) -> str:
-        """Say what the robot did not do."""
         return f"turned less than {self._angle:g} rad and {super().failure_message()}"
 
     def _moved(self, before: SE2, pose: SE2) -> bool:
@@ -161,11 +157,9 @@ class PositionGoalChecker:
         self._reached = False
 
     def reset(self) -> None:
-        """Forget that the position was reached."""
         self._reached = False
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived; both poses are of one frame."""
         there = is_there(pose, goal, self.xy_tolerance, self._reached, self._pushed)
         self._reached = there and self._stateful
         return there
@@ -195,7 +189,6 @@ class SimpleGoalChecker(PositionGoalChecker):
         )
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived; both poses are of one frame."""
         if not super().reached(pose, goal, velocity):
             return False
         off = abs(wrap(goal.theta - pose.theta))
@@ -225,6 +218,5 @@ class StoppedGoalChecker(SimpleGoalChecker):
         self._v_max, self._w_max = config.trans_stopped_velocity, config.rot_stopped_velocity
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived and stands; both poses are of one frame."""
         stands = velocity.speed <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
         return super().reached(pose, goal, velocity) and stands

@@ -145,7 +145,6 @@ class DistanceScorer(Scorer):
     Config = DistanceConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         return float(self._config.weight * edge.length / speed_share(edge, self._config.speed_tag))
 
 
@@ -164,7 +163,6 @@ class TimeScorer(Scorer):
     Config = TimeConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         config = self._config
         taken, speed = number(edge, config.time_tag, 0.0), number(edge, config.speed_tag, 0.0)
         if taken <= 0.0:
@@ -185,7 +183,6 @@ class PenaltyScorer(Scorer):
     Config = PenaltyConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         return float(self._config.weight * number(edge, self._config.penalty_tag, 0.0))
 
 
@@ -224,7 +221,6 @@ class SemanticScorer(Scorer):
         return _with_classes(tuple(dict.fromkeys(names_in(values.get("semantic_classes")))))
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         config, found = self._config, list[str]()
         for metadata in (edge.end.metadata, edge.metadata):
             key = config.semantic_key
@@ -253,7 +249,6 @@ class StartPoseOrientationScorer(Scorer):
         return edge.start.id == request.start_node, request.start
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the score, None beyond the tolerance; 0 for the other edges."""
         config, (at_end, pose) = self._config, self._at_end(edge, request)
         if pose is None:
             raise ScorerError(f"{type(self).__name__} needs a goal with use_poses: true")

@@ -189,7 +189,6 @@ class SensedLayer(Layer):
         self.data: Bytes = np.full(master.frame.shape, untouched, dtype=np.uint8)
 
     def receive(self, source: str, value: Any) -> None:
-        """Take what a sensor has seen."""
         self._received[source].append(value)
 
     def start(self, now: float) -> None:
@@ -198,11 +197,9 @@ class SensedLayer(Layer):
         self._received_at = dict.fromkeys(self._received_at, now)
 
     def move(self, frame: GridFrame) -> None:
-        """Continue in another grid of the same resolution; what both cover is kept."""
         self.data = moved(self.data, self.master.frame, frame, self._untouched)
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         if window is None:
             self.data.fill(self._untouched)
             return
@@ -212,7 +209,6 @@ class SensedLayer(Layer):
             self.data[window] = kept
 
     def own_costs(self) -> Bytes | None:
-        """Return what sensors have seen."""
         return self.data
 
     def _take(self, now: float) -> dict[str, list[Any]]:

@@ -53,7 +53,6 @@ class LayerGroup(Layer):
         }
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters of the same layers."""
         super().reconfigure(config)
         for name, layer in self.layers.items():
             layer.reconfigure(getattr(config, name))
@@ -65,17 +64,14 @@ class LayerGroup(Layer):
 
     @property
     def reach(self) -> int:
-        """Distance over which a changed cell changes others [cells]."""
         return sum(layer.reach for layer in self.in_use)
 
     @property
     def frame(self) -> GridFrame | None:
-        """The grid that the last of its layers needs that needs one."""
         frames = [layer.frame for layer in self.layers.values() if layer.frame is not None]
         return frames[-1] if frames else None
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return what its layers listen to, the sources by `layer.source`."""
         return tuple(
             replace(one, source=f"{name}.{one.source}")
             for name, layer in self.layers.items()
@@ -83,52 +79,42 @@ class LayerGroup(Layer):
         )
 
     def receive(self, source: str, value: Any) -> None:
-        """Hand what has come to the layer that it is for."""
         name, _, rest = source.partition(".")
         self.layers[name].receive(rest, value)
 
     def start(self, now: float) -> None:
-        """Begin at a time [s]."""
         for layer in self.layers.values():
             layer.start(now)
 
     def missing(self) -> str:
-        """Return what has not come to the first layer that lacks something."""
         return next(filter(None, (layer.missing() for layer in self.in_use)), "")
 
     def problem(self, now: float) -> str:
-        """Return why the first layer that is not current is not."""
         return next(filter(None, (layer.problem(now) for layer in self.in_use)), "")
 
     def warning(self) -> str:
-        """Return what is odd about its layers, a line each."""
         odd = ((layer.name, layer.warning()) for layer in self.in_use)
         return "\n".join(f"{name}: {warning}" for name, warning in odd if warning)
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Update its layers."""
         changed = None
         for layer in self.in_use:
             changed = joined(changed, layer.update(T_global_base, now))
         return changed
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Compose its layers over the costs."""
         for layer in self.in_use:
             layer.write(costs, window)
 
     def move(self, frame: GridFrame) -> None:
-        """Continue in another grid."""
         for layer in self.layers.values():
             layer.move(frame)
 
     def on_footprint(self) -> None:
-        """Take another outline of the robot."""
         for layer in self.layers.values():
             layer.on_footprint()
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what sensors have seen."""
         for layer in self.layers.values():
             layer.clear(window, outside)
 
@@ -143,7 +129,6 @@ class PluginContainerLayer(LayerGroup):
         super().__init__(config, name, master, config.plugins)
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Compose its layers, and combine the result with the costs of those before it."""
         own = np.full(costs.shape, self.master.untouched, dtype=np.uint8)
         super().write(own, window)
         combine(costs, own, self.config.combination_method)
