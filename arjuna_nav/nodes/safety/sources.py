@@ -14,7 +14,7 @@ from nav2_msgs.msg import Costmap
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import angle_param, fixed, length_param, param
+from arjuna_core.config import angle_param, duration_param, fixed, length_param, param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
@@ -34,8 +34,8 @@ class SourceConfig:
 
     topic: str = fixed("scan", "Its topic; empty: the robot's scan.", of_robot="scan_topic")
     enabled: bool = param(True, "Whether it counts.")
-    source_timeout: float = param(
-        -1.0, "How old a message may be; 0: any age; below 0: the node's.", unit="s", minimum=-1.0
+    source_timeout: float = duration_param(
+        -1.0, "How old a message may be; 0: any age; below 0: the node's.", minimum=-1.0
     )
 
 
