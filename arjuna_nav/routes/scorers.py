@@ -12,14 +12,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.plugins import names_in
 from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.routes.graph import Edge
-
-fixed = functools.partial(param, read_only=True)
-"""Declares a parameter that is fixed once the node runs, as those of nav2_route's plug-ins are."""
 
 
 class ScorerError(ArjunaError):

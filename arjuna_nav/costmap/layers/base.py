@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bytes
+from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
@@ -232,6 +233,15 @@ class SensedLayer(Layer):
 def absolute(topic: str) -> str:
     """Return a topic outside the costmap's own namespace, as Nav2 resolves it."""
     return topic if topic.startswith("/") else f"/{topic}"
+
+
+def combination_method(whose: str) -> Any:
+    """Declare the parameter of layers whose costs combine with those before them by `combine`."""
+    text = (
+        f"How {whose} costs and those of the layers before it combine: 0 its own, 1 the greater,"
+        " 2 the greater where theirs are known."
+    )
+    return param(1, text, choices=(0, 1, 2))
 
 
 def combine(costs: Bytes, own: Bytes, method: int) -> None:

@@ -12,7 +12,7 @@ from arjuna_core.arrays import Bytes
 from arjuna_core.config import param, plugin_names
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.layers.base import Input, Layer, Master, combine
+from arjuna_nav.costmap.layers.base import Input, Layer, Master, combination_method, combine
 from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.costmap.window import Window, joined
 
@@ -23,12 +23,7 @@ class ContainerConfig:
 
     enabled: bool = param(True, "Whether the layer takes part.")
     plugins: tuple[str, ...] = plugin_names((), "Layers in order.", LAYERS)
-    combination_method: int = param(
-        1,
-        "How their costs and those of the layers before it combine: 0 its own, 1 the greater,"
-        " 2 the greater where theirs are known.",
-        choices=(0, 1, 2),
-    )
+    combination_method: int = combination_method("their")
 
 
 class LayerGroup(Layer):

@@ -13,7 +13,14 @@ from arjuna_core.arrays import Bools, Bytes, Floats, Ints
 from arjuna_core.config import duration_param, param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
-from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute, combine
+from arjuna_nav.costmap.layers.base import (
+    Input,
+    Master,
+    SensedLayer,
+    absolute,
+    combination_method,
+    combine,
+)
 from arjuna_nav.costmap.layers.observations import (
     SOURCES,
     Observation,
@@ -43,12 +50,7 @@ class ObstacleConfig:
     footprint_clearing_enabled: bool = param(True, "Whether cells under the robot are set free.")
     min_obstacle_height: float = param(0.0, "Lowest point that marks.", unit="m")
     max_obstacle_height: float = param(2.0, "Highest point that marks.", unit="m")
-    combination_method: int = param(
-        1,
-        "How its costs and those of the layers before it combine: 0 its own, 1 the greater,"
-        " 2 the greater where theirs are known.",
-        choices=(0, 1, 2),
-    )
+    combination_method: int = combination_method("its")
     moving_time: float = duration_param(
         1.5,
         "How far ahead the paths of what moves cost, and its old marks fade; 0 takes all for"
