@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import enum
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from functools import partial
 from typing import Any, Protocol
 
 import numpy as np
@@ -55,6 +56,11 @@ class PluginConfig:
     transform_tolerance: float = duration_param(
         0.1, "How old the robot's pose on the path may be, where that is more than the costmap's."
     )
+
+
+def with_defaults(config: type[Any], **values: Any) -> Any:
+    """Declare a field of a critic's parameters of which some have other defaults."""
+    return field(default_factory=partial(config, **values))
 
 
 NO_PATH = ControlResult(ControlStatus.INVALID_PATH, message="no path was set")

@@ -68,23 +68,20 @@ class SimpleProgressChecker:
 
     Config: ClassVar[type[Any]] = ProgressConfig
 
-    def __init__(self, config: ProgressConfig) -> None:
+    def __init__(self, config: Any) -> None:
         self._config = config
         self._since: tuple[SE2, float] | None = None
 
     def reset(self) -> None:
-        """Start over with the next check."""
         self._since = None
 
     def check(self, pose: SE2, now: float) -> bool:
-        """Return whether the robot makes progress, at a pose [m, m, rad] and a time [s]."""
         if self._since is None or self._moved(self._since[0], pose):
             self._since = (pose, now)
             return True
         return now - self._since[1] <= self._config.movement_time_allowance
 
     def failure_message(self) -> str:
-        """Say what the robot did not do."""
         config = self._config
         return (
             f"moved less than {config.required_movement_radius:g} m in "
@@ -110,16 +107,15 @@ class PoseProgressChecker(SimpleProgressChecker):
 
     Config: ClassVar[type[Any]] = PoseProgressConfig
 
-    def __init__(self, config: PoseProgressConfig) -> None:
-        super().__init__(config)
-        self._angle = config.required_movement_angle
+    _config: PoseProgressConfig
 
     def failure_message(self) -> str:
-        """Say what the robot did not do."""
-        return f"turned less than {self._angle:g} rad and {super().failure_message()}"
+        angle = self._config.required_movement_angle
+        return f"turned less than {angle:g} rad and {super().failure_message()}"
 
     def _moved(self, before: SE2, pose: SE2) -> bool:
-        return super()._moved(before, pose) or abs(wrap(pose.theta - before.theta)) > self._angle
+        turned = abs(wrap(pose.theta - before.theta))
+        return super()._moved(before, pose) or turned > self._config.required_movement_angle
 
 
 def is_there(pose: SE2, goal: SE2, tolerance: float, was_there: bool, pushed: float = 0.15) -> bool:
@@ -155,19 +151,18 @@ class PositionGoalChecker:
 
     Config: ClassVar[type[Any]] = PositionGoalConfig
 
-    def __init__(self, config: PositionGoalConfig) -> None:
-        self.xy_tolerance = config.xy_goal_tolerance
-        self._stateful, self._pushed = config.stateful, config.pushed_distance
+    def __init__(self, config: Any) -> None:
+        self._config = config
+        self.xy_tolerance: float = config.xy_goal_tolerance
         self._reached = False
 
     def reset(self) -> None:
-        """Forget that the position was reached."""
         self._reached = False
 
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived; both poses are of one frame."""
-        there = is_there(pose, goal, self.xy_tolerance, self._reached, self._pushed)
-        self._reached = there and self._stateful
+        pushed = self._config.pushed_distance
+        there = is_there(pose, goal, self.xy_tolerance, self._reached, pushed)
+        self._reached = there and self._config.stateful
         return there
 
 
@@ -187,21 +182,13 @@ class SimpleGoalChecker(PositionGoalChecker):
 
     Config: ClassVar[type[Any]] = GoalConfig
 
-    def __init__(self, config: GoalConfig) -> None:
-        super().__init__(config)
-        self._yaw_tolerance, self._symmetric = (
-            config.yaw_goal_tolerance,
-            config.symmetric_yaw_tolerance,
-        )
-
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived; both poses are of one frame."""
         if not super().reached(pose, goal, velocity):
             return False
         off = abs(wrap(goal.theta - pose.theta))
-        if self._symmetric:
+        if self._config.symmetric_yaw_tolerance:
             off = min(off, math.pi - off)
-        return off <= self._yaw_tolerance
+        return bool(off <= self._config.yaw_goal_tolerance)
 
 
 @dataclass(frozen=True)
@@ -220,11 +207,9 @@ class StoppedGoalChecker(SimpleGoalChecker):
 
     Config: ClassVar[type[Any]] = StoppedGoalConfig
 
-    def __init__(self, config: StoppedGoalConfig) -> None:
-        super().__init__(config)
-        self._v_max, self._w_max = config.trans_stopped_velocity, config.rot_stopped_velocity
-
     def reached(self, pose: SE2, goal: SE2, velocity: Velocity = STILL) -> bool:
-        """Return whether the robot has arrived and stands; both poses are of one frame."""
-        stands = velocity.speed <= self._v_max and abs(velocity.yaw_rate) <= self._w_max
+        stands = (
+            velocity.speed <= self._config.trans_stopped_velocity
+            and abs(velocity.yaw_rate) <= self._config.rot_stopped_velocity
+        )
         return super().reached(pose, goal, velocity) and stands

@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import param, plugin_names
+from arjuna_core.config import length_param, param, plugin_names, speed_param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.approach import ApproachConfig, Arrival, FinalApproach
@@ -47,23 +47,15 @@ class FollowerConfig:
     failure_tolerance: float = param(
         0.0, "How long a controller may find no valid command; -1 for ever.", unit="s"
     )
-    stopped_velocity: float = param(
-        0.1, "Speed below which the robot does not brake any more.", unit="m/s", minimum=0.0
+    stopped_velocity: float = speed_param(
+        0.1, "Speed below which the robot does not brake any more."
     )
-    moving_obstacle_distance: float = param(
-        0.5,
-        "Distance from the robot within which a moving obstacle is waited for.",
-        unit="m",
-        minimum=0.0,
-        theirs=0.0,
+    moving_obstacle_distance: float = length_param(
+        0.5, "Distance from the robot within which a moving obstacle is waited for.", theirs=0.0
     )
     min_turning_radius: float = min_turning_radius()
-    gap_progress: float = param(
-        0.05,
-        "What a robot that squeezes through a gap moves to make progress.",
-        unit="m",
-        minimum=0.0,
-        maximum=1.0,
+    gap_progress: float = length_param(
+        0.05, "What a robot that squeezes through a gap moves to make progress.", maximum=1.0
     )
     foresight: ForesightConfig = field(default_factory=ForesightConfig)
     arrival: ApproachConfig = field(default_factory=ApproachConfig)

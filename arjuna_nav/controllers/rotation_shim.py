@@ -114,17 +114,14 @@ class RotationShim(PathController):
 
     @property
     def desired_speed(self) -> float:
-        """Greatest forward speed where nothing limits it [m/s]."""
         return self._primary.desired_speed
 
     def set_path(self, path: Floats) -> None:
-        """Take a path `(N, 3) float64`, and turn towards it where that is due."""
         other = self._path.replace(path)
         self._due = self._due or other or not self._config.rotate_to_heading_once
         self._primary.set_path(path)
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        """Return the velocity to drive until the next call."""
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)

@@ -169,19 +169,6 @@ class DockConfig:
         return SE2(*self.pose)
 
 
-class Dock:
-    """One dock as an entry of the list `docks`."""
-
-    Config: ClassVar[type[Any]] = DockConfig
-
-    def __init__(self, config: Any) -> None:
-        self.config = config
-
-
-_DOCK = "opennav_docking::Dock"
-DOCKS = PluginTypes("dock", {_DOCK: "arjuna_nav.docking.dock_types:Dock"}, _DOCK)
-
-
 def placed(docks: Mapping[str, DockConfig]) -> dict[str, DockConfig]:
     """Return docks by name, each of which has a pose.
 

@@ -32,7 +32,6 @@ class BaseFootprintPublisherNode(ManagedNode):
     DEFAULT_NAME = "base_footprint_publisher"
 
     def configure(self) -> None:
-        """Create the topics."""
         self._publisher = self.publisher(TFMessage, "/tf", qos.TF)
         self.subscribe(TFMessage, "/tf", self._on_transforms, qos.TF)
 

@@ -73,7 +73,6 @@ class BehaviorServerNode(GoalNode):
     DEFAULT_NAME = "behavior_server"
 
     def configure(self) -> None:
-        """Create the actions."""
         config = self.config
         self._running: _Run | None = None
         self._output = VelocityOutput(
@@ -114,7 +113,6 @@ class BehaviorServerNode(GoalNode):
         }
 
     def halt(self) -> None:
-        """Stop the robot where a behaviour moves it."""
         if self._running is not None:
             self._output.stop()
         self._running = None

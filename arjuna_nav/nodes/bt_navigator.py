@@ -114,7 +114,6 @@ class BtNavigatorNode(ResumingNode):
     DEFAULT_NAME = "bt_navigator"
 
     def configure(self) -> None:
-        """Create the actions and their clients."""
         config = self.config
         self._navigator: Navigator | None = None
         self._started_at = 0.0
@@ -154,17 +153,14 @@ class BtNavigatorNode(ResumingNode):
         self.every(config.bt_loop_duration / 1000.0, self._work)
 
     def resume_goal(self) -> None:
-        """Start the current goal again."""
         self.halt()
         self._admission.begin(self.config.outage_patience)
 
     def halt(self) -> None:
-        """Stop the robot and stop navigating."""
         self._requests.stop()
         self._navigator = None
 
     def trouble(self) -> str:
-        """Return that the robot has overturned, or why it stands and waits."""
         if overturned := self._posture.problem():
             return overturned
         problem = ""

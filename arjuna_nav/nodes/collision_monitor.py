@@ -44,7 +44,6 @@ class CollisionMonitorNode(ManagedNode):
     DEFAULT_NAME = "collision_monitor"
 
     def configure(self) -> None:
-        """Create the monitor and its interfaces."""
         config = self.config
         if config.use_realtime_priority:
             self.process.use_realtime_priority()
@@ -65,17 +64,14 @@ class CollisionMonitorNode(ManagedNode):
         self.serve(Toggle, f"{self.get_name()}/toggle", self._on_toggle)
 
     def activate(self) -> None:
-        """Judge by what is seen from now on."""
         self._watch.reset()
         self._moved_at = self.now
 
     def on_time_jump(self) -> None:
-        """Forget what was seen in another run of time."""
         if self.active:
             self.activate()
 
     def on_config(self, config: CollisionMonitorConfig) -> None:
-        """Judge by the new parameters from now on."""
         self._watch.reconfigure(config)
         self._enabled = config.enabled
 
@@ -115,7 +111,6 @@ class CollisionMonitorNode(ManagedNode):
         return verdict
 
     def trouble(self) -> str:
-        """Return since when nothing is seen."""
         silent = self._watch.silent() if self.active and self._enabled else ""
         return f"the robot is held: {silent}" if silent else ""
 

@@ -76,7 +76,6 @@ class ControllerServerNode(GoalNode):
     DEFAULT_NAME = "controller_server"
 
     def configure(self) -> None:
-        """Create the follower and its interfaces."""
         config: ControllerServerConfig = self.config
         if config.use_realtime_priority:
             self.process.use_realtime_priority()
@@ -102,12 +101,10 @@ class ControllerServerNode(GoalNode):
         self.every(1.0 / config.controller_frequency, self._control)
 
     def halt(self) -> None:
-        """Stop the robot where it follows a path."""
         if self._server.goal is not None:
             self._output.stop()
 
     def on_config(self, config: ControllerServerConfig) -> None:
-        """Follow by the new parameters from the next path on."""
         self._outdated, self._recent = True, RecentVelocities(config.odom_duration)
 
     def _on_odometry(self, message: Any) -> None:

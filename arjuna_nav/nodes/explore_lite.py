@@ -82,7 +82,6 @@ class ExploreLiteNode(ExplorerNode):
     DEFAULT_NAME = "explore_node"
 
     def configure(self) -> None:
-        """Create the topics."""
         config: ExploreLiteConfig = self.config
         self.map_topic = config.costmap_topic
         super().configure()

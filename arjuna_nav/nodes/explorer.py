@@ -48,7 +48,6 @@ class ExplorerNode(ManagedNode):
     done = False
 
     def configure(self) -> None:
-        """Create the status topic, the map's subscription and the goal client."""
         self._grid: OccupancyGrid | None = None
         self._goal: SE2 | None = None
         self._tried: list[SE2] = []
@@ -65,15 +64,12 @@ class ExplorerNode(ManagedNode):
         self.every(self.config.period, self._look)
 
     def activate(self) -> None:
-        """Look again, even if there was nothing left before."""
         self.done, self._idle_since = False, None
 
     def on_time_jump(self) -> None:
-        """Be patient from now on."""
         self._idle_since = None
 
     def deactivate(self) -> None:
-        """Stop driving."""
         if self._goal is not None:
             self._client.cancel()
             self._goal = None

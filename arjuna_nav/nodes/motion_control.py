@@ -74,7 +74,6 @@ class MotionControlNode(GoalNode):
     DEFAULT_NAME = "motion_control"
 
     def configure(self) -> None:
-        """Create the actions and the dock's status."""
         self._running: tuple[str, Legs] | None = None
         self._dock: SE2 | None = None
         self._docked, self._velocity = self.config.starts_docked, STILL
@@ -187,7 +186,6 @@ class MotionControlNode(GoalNode):
         self._running = name, Legs(steps, self.config)
 
     def halt(self) -> None:
-        """Stop the robot where a motion moves it."""
         if self._running is not None:
             self._output.stop()
         self._running = None

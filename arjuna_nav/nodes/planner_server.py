@@ -83,7 +83,6 @@ class PlannerServerNode(GoalNode):
     DEFAULT_NAME = "planner_server"
 
     def configure(self) -> None:
-        """Create the planner and its interfaces."""
         self._costmap: CostmapNode = self.process.find("global_costmap/global_costmap")
         self._planners: dict[str, tuple[Footprint, Planner]] = {}
         self._asked_at: dict[str, float] = {}
@@ -108,11 +107,9 @@ class PlannerServerNode(GoalNode):
         self.every(self.config.retry_period, self._attempt_plans)
 
     def on_config(self, config: PlannerServerConfig) -> None:
-        """Plan by the new parameters from now on."""
         self._planners.clear()
 
     def halt(self) -> None:
-        """Stop every plan."""
         for name in _ACTIONS:
             self._stop(name)
 

@@ -41,7 +41,6 @@ class RouteServerNode(RouteHost):
     DEFAULT_NAME = "route_server"
 
     def configure(self) -> None:
-        """Read the graph, make the plug-ins and create the interfaces."""
         config = self.config
         self.graph = self.tracker = None
         self._unread, self._reason = config.graph_filepath, _NO_GRAPH
@@ -77,7 +76,6 @@ class RouteServerNode(RouteHost):
         return read_graph(path, self.config.route_frame, self.transforms.lookup)
 
     def activate(self) -> None:
-        """Show the graph."""
         self._load()
         if self._unread:
             self.get_logger().warning(f"no graph yet: {self._reason}")
@@ -85,7 +83,6 @@ class RouteServerNode(RouteHost):
             self._markers.publish(graph_markers(self.graph, self.config.route_frame, self.now))
 
     def halt(self) -> None:
-        """Track no more."""
         self.tracker, self._is_closed_ahead = None, False
 
     def _on_graph(self, request: Any, response: Any) -> Any:

@@ -48,7 +48,6 @@ class SmootherServerNode(GoalNode):
     DEFAULT_NAME = "smoother_server"
 
     def configure(self) -> None:
-        """Create the smoother and its interfaces."""
         config = self.config
         self._costmap = CostmapReader(
             self,

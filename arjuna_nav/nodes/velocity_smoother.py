@@ -44,7 +44,6 @@ class VelocitySmootherNode(ManagedNode):
     DEFAULT_NAME = "velocity_smoother"
 
     def configure(self) -> None:
-        """Create the smoother and its topics."""
         config = self.config
         if config.use_realtime_priority:
             self.process.use_realtime_priority()
@@ -60,11 +59,9 @@ class VelocitySmootherNode(ManagedNode):
         self.every(1.0 / config.smoothing_frequency, self._carry_on)
 
     def activate(self) -> None:
-        """Start from rest."""
         self._smoother = VelocitySmoother(self.config)
 
     def deactivate(self) -> None:
-        """Stop the robot."""
         self._output.stop()
 
     def on_time_jump(self) -> None:
@@ -74,7 +71,6 @@ class VelocitySmootherNode(ManagedNode):
             self.activate()
 
     def on_config(self, config: VelocitySmootherConfig) -> None:
-        """Smooth by the new parameters, from rest."""
         self._smoother = VelocitySmoother(config)
         self._recent = RecentVelocities(config.odom_duration)
 

@@ -48,7 +48,6 @@ class WaypointFollowerNode(ResumingNode):
     DEFAULT_NAME = "waypoint_follower"
 
     def configure(self) -> None:
-        """Create the actions and their client."""
         self._index = 0
         self._loops_left = 0
         self._poses: list[Any] = []
@@ -80,7 +79,6 @@ class WaypointFollowerNode(ResumingNode):
         return self._servers[self._kind]
 
     def halt(self) -> None:
-        """Stop driving to a waypoint."""
         if self._server.goal is not None:
             self._navigator.cancel()
 

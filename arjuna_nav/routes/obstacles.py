@@ -85,7 +85,6 @@ class CostmapScorer(Scorer):
         self._costmap: Costmap | None = None
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the share, None where the edge is closed, as all are without a costmap."""
         config = self._config
         if request is not self._request:
             self._request, self._costmap = request, self._read()
@@ -128,7 +127,6 @@ class CollisionMonitor:
         self._due = Periodic(1.0 / config.rate)
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Look along the edges ahead, at most as often as the rate says."""
         if event.edge is None or not self._due.due(event.now):
             return None
         costmap, config = self._read(), self._config

@@ -129,7 +129,6 @@ class TimeMarker:
         self._since = 0.0
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Note the time of the edge that was left, if it was entered in the same drive."""
         if event.node is None:
             return None
         exited, entered_at = event.exited, self._since

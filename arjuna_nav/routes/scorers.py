@@ -12,14 +12,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol
 
-from arjuna_core.config import param
+from arjuna_core.config import fixed
 from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.plugins import names_in
 from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.routes.graph import Edge
-
-fixed = functools.partial(param, read_only=True)
-"""Declares a parameter that is fixed once the node runs, as those of nav2_route's plug-ins are."""
 
 
 class ScorerError(ArjunaError):
@@ -145,7 +142,6 @@ class DistanceScorer(Scorer):
     Config = DistanceConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         return float(self._config.weight * edge.length / speed_share(edge, self._config.speed_tag))
 
 
@@ -164,7 +160,6 @@ class TimeScorer(Scorer):
     Config = TimeConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         config = self._config
         taken, speed = number(edge, config.time_tag, 0.0), number(edge, config.speed_tag, 0.0)
         if taken <= 0.0:
@@ -185,7 +180,6 @@ class PenaltyScorer(Scorer):
     Config = PenaltyConfig
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         return float(self._config.weight * number(edge, self._config.penalty_tag, 0.0))
 
 
@@ -224,7 +218,6 @@ class SemanticScorer(Scorer):
         return _with_classes(tuple(dict.fromkeys(names_in(values.get("semantic_classes")))))
 
     def score(self, edge: Edge, request: RouteRequest) -> float:
-        """Return the score."""
         config, found = self._config, list[str]()
         for metadata in (edge.end.metadata, edge.metadata):
             key = config.semantic_key
@@ -253,7 +246,6 @@ class StartPoseOrientationScorer(Scorer):
         return edge.start.id == request.start_node, request.start
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the score, None beyond the tolerance; 0 for the other edges."""
         config, (at_end, pose) = self._config, self._at_end(edge, request)
         if pose is None:
             raise ScorerError(f"{type(self).__name__} needs a goal with use_poses: true")

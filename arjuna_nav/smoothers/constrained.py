@@ -87,7 +87,6 @@ class ConstrainedSmoother:
         self._config = config
 
     def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
-        """Smooth a path; where it would touch an obstacle it stays as it is."""
         if problem := problem_of(path):
             return SmoothResult(SmoothStatus.INVALID_PATH, path, problem)
         pieces, config, done = between_turns(path), self._config, []

@@ -153,7 +153,6 @@ class SimpleSmoother:
         self._config = config
 
     def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
-        """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         config = self._config
         weights = config.w_data, config.w_smooth, config.tolerance, config.max_its
         passes = 1 + config.refinement_num * config.do_refinement
@@ -199,7 +198,6 @@ class SavitzkyGolaySmoother:
         self._config = config
 
     def smooth(self, path: Floats, costmap: Costmap) -> SmoothResult:
-        """Smooth a path; a pass that would touch an obstacle is undone and ends it."""
         config = self._config
         passes = 1 + config.refinement_num * config.do_refinement
         offsets = np.arange(config.window_size) - config.window_size // 2

@@ -14,7 +14,7 @@ import numpy as np
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.exchange import Topic, TopicKind
-from arjuna_nav.trees.node import Status, TreeNode
+from arjuna_nav.trees.node import Framed, Status, TreeNode
 from arjuna_nav.trees.ports import ANY, NUMBER, PATH, POSE, POSES, SCRIPT, TEXT, WHOLE, Port
 
 
@@ -58,14 +58,12 @@ class Sleep(TreeNode):
         return Status.SUCCESS if self.elapsed >= self.msec else Status.RUNNING
 
 
-class RemovePassedGoals(TreeNode):
+class RemovePassedGoals(Framed):
     """Removes goals from the first on while the robot is near them; the last one stays."""
 
     input_goals = Port(POSES)
     output_goals = Port(POSES, None, output=True)
     radius = Port(NUMBER, 0.5)
-    global_frame = Port(TEXT, "")
-    robot_base_frame = Port(TEXT, "")
     input_waypoint_statuses = Port(ANY, None)
     output_waypoint_statuses = Port(ANY, None, output=True)
 
@@ -255,11 +253,9 @@ class GetPoseFromPath(TreeNode):
         return Status.SUCCESS
 
 
-class GetCurrentPose(TreeNode):
+class GetCurrentPose(Framed):
     """Writes the robot's pose; fails where it is not known."""
 
-    global_frame = Port(TEXT, "")
-    robot_base_frame = Port(TEXT, "")
     current_pose = Port(POSE, None, output=True)
 
     def _tick(self) -> Status:

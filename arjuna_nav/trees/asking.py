@@ -25,6 +25,8 @@ class Asking(TreeNode):
 
     KIND: ClassVar[str]
     SERVER: ClassVar[str] = ""
+    NAMED_BY: ClassVar[str]
+    """Port of another server's name, which may be empty."""
     FEEDBACK: ClassVar[bool] = False
     """Feedback is written to ports while it runs."""
     RENEWS: ClassVar[tuple[str, ...]] = ()
@@ -57,7 +59,7 @@ class Asking(TreeNode):
 
     def _ask(self) -> Status:
         self._asked = self._request()
-        server = self._server_name() or self.SERVER
+        server = str(self.get(self.NAMED_BY)) or self.SERVER
         timeout = float(self.server_timeout) / 1000.0  # [ms] in XML
         self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK, timeout)
         return Status.RUNNING
@@ -66,10 +68,6 @@ class Asking(TreeNode):
     def asked(self) -> Mapping[str, Any]:
         """The fields of the request that runs; none where none runs."""
         return self._asked if self._key is not None else {}
-
-    def _server_name(self) -> str:
-        """Return the server's name in the XML, empty where it has none."""
-        raise NotImplementedError
 
     def _request(self) -> dict[str, Any]:
         """Return what is asked, by the names of the message's fields."""
@@ -124,12 +122,10 @@ class Asking(TreeNode):
 class Action(Asking):
     """Asks an action's server."""
 
+    NAMED_BY = "server_name"
     server_name = Port(TEXT, "")
     error_code_id = Port(WHOLE, 0, output=True)
     error_msg = Port(TEXT, "", output=True)
-
-    def _server_name(self) -> str:
-        return str(self.server_name)
 
     def _take(self, answer: Answer) -> Status:
         self.error_code_id = 0 if answer.succeeded else answer.code
@@ -140,7 +136,5 @@ class Action(Asking):
 class Service(Asking):
     """Asks a service."""
 
+    NAMED_BY = "service_name"
     service_name = Port(TEXT, "")
-
-    def _server_name(self) -> str:
-        return str(self.service_name)

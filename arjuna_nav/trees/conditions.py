@@ -12,8 +12,9 @@ from typing import Any, ClassVar
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.asking import Asking
+from arjuna_nav.trees.decorators import goals_of
 from arjuna_nav.trees.exchange import Battery, Topic, TopicKind
-from arjuna_nav.trees.node import Condition, Status, TreeNode
+from arjuna_nav.trees.node import Condition, Framed, Status, TreeNode
 from arjuna_nav.trees.ports import (
     ANY,
     CODES,
@@ -120,10 +121,7 @@ class GoalUpdated(Condition):
     _seen: Any = None
 
     def _holds(self) -> bool:
-        board = self.tree.blackboard
-        goal, goals = self.goal, self.goals
-        now = (goal or board.get("goal"), goals or board.get("goals"))
-        before, self._seen = self._seen, now
+        before, self._seen = self._seen, goals_of(self)
         return self._remembers() and self._seen != before
 
     def _remembers(self) -> bool:
@@ -165,7 +163,7 @@ class PathExpiringTimer(TimeExpired):
         return self._path is not before
 
 
-class IsGoalNearby(Condition):
+class IsGoalNearby(Framed, Condition):
     """Succeeds where a path has less than some length left from the robot on.
 
     On the same path the search begins at the index found last, where it has a limit.
@@ -174,8 +172,6 @@ class IsGoalNearby(Condition):
     path = Port(PATH, None)
     proximity_threshold = Port(NUMBER, 1.0)
     max_robot_pose_search_dist = Port(NUMBER, -1.0)
-    global_frame = Port(TEXT, "")
-    robot_base_frame = Port(TEXT, "")
     _path: Any = None
     _at = 0
 
@@ -211,12 +207,10 @@ class IsWithinPathTrackingBounds(Condition):
         return bool(abs(error.y) <= most and abs(error.theta) <= abs(self.max_error_heading))
 
 
-class DistanceTraveled(Condition):
+class DistanceTraveled(Framed, Condition):
     """Succeeds each time that the robot has covered a distance, from the first tick on."""
 
     distance = Port(NUMBER, 1.0)
-    global_frame = Port(TEXT, "")
-    robot_base_frame = Port(TEXT, "")
     _start: Any = None
 
     def _holds(self) -> bool:

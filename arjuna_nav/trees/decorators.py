@@ -12,7 +12,7 @@ import numpy as np
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.exchange import Topic, TopicKind
-from arjuna_nav.trees.node import ENDED, Decorator, Status
+from arjuna_nav.trees.node import ENDED, Decorator, Framed, Status
 from arjuna_nav.trees.ports import (
     ANY,
     NUMBER,
@@ -285,12 +285,10 @@ class SpeedController(RateController):
         return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
 
 
-class DistanceController(_Gate):
+class DistanceController(Framed, _Gate):
     """Ticks the child each time the robot has gone so far."""
 
     distance = Port(NUMBER, 1.0)
-    global_frame = Port(TEXT, "")
-    robot_base_frame = Port(TEXT, "")
     _start: SE2 | None = None
 
     def _restart(self) -> None:
@@ -301,6 +299,12 @@ class DistanceController(_Gate):
         return pose is not None and (start is None or pose.distance(start) >= float(self.distance))
 
 
+def goals_of(node: Any) -> tuple[Any, Any]:
+    """Return the goal and the goals of a node's ports, else those that the tree drives to."""
+    board = node.tree.blackboard
+    return node.goal or board.get("goal"), node.goals or board.get("goals")
+
+
 class GoalUpdatedController(Decorator):
     """Ticks the child at first, while it runs, and when the goal has changed."""
 
@@ -309,9 +313,7 @@ class GoalUpdatedController(Decorator):
     _goals: Any = None
 
     def _tick(self) -> Status:
-        board = self.tree.blackboard
-        now = self.goal or board.get("goal"), self.goals or board.get("goals")
-        before, self._goals = self._goals, now
+        before, self._goals = self._goals, goals_of(self)
         first = self._before in (Status.IDLE, Status.SKIPPED)
         if first or self.child.status is Status.RUNNING or self._goals != before:
             return self.child.execute()

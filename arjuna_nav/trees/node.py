@@ -15,7 +15,7 @@ from typing import Any, ClassVar
 
 from arjuna_nav.trees.blackboard import Blackboard, Entry, TreeError
 from arjuna_nav.trees.exchange import Ask, StatusChange, Topic, TreeState, Withdraw
-from arjuna_nav.trees.ports import NOT_OF_KIND, REQUIRED, Port, entry, literal, mismatch
+from arjuna_nav.trees.ports import NOT_OF_KIND, REQUIRED, TEXT, Port, entry, literal, mismatch
 from arjuna_nav.trees.script import Script
 
 
@@ -255,6 +255,13 @@ class Condition(TreeNode):
 
     def _holds(self) -> bool:
         raise NotImplementedError
+
+
+class Framed(TreeNode):
+    """A node that names the frames of the robot's pose, as Nav2's; the navigator's hold."""
+
+    global_frame = Port(TEXT, "")
+    robot_base_frame = Port(TEXT, "")
 
 
 class Tree:

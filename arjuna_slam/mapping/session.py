@@ -84,7 +84,10 @@ def save_session(path: Path, session: Session) -> None:
         SessionFileError: It cannot be written, does not read back as it was, or is the file of
             something else.
     """
-    data = _encode(session)
+    archive = io.BytesIO()
+    np.savez(archive, allow_pickle=False, **_to_arrays(session))
+    body = archive.getvalue()
+    data = body + hashlib.sha256(body).digest()
 
     def read_back(part: Path) -> None:
         if read_bytes(part, len(data), SessionFileError) != data:
@@ -107,7 +110,9 @@ def load_session(path: Path) -> Session:
     largest = 2**31  # [bytes]
     with open_file(path, SessionFileError) as file:
         _check_kind(path, file.read(64))  # before all of it is read
-    return _decode(path, read_bytes(path, largest, SessionFileError))
+    arrays = _read_arrays(path, read_bytes(path, largest, SessionFileError))
+    _check(path, arrays)
+    return _from_arrays(arrays)
 
 
 def _check_replaced(path: Path) -> None:
@@ -118,13 +123,6 @@ def _check_replaced(path: Path) -> None:
     if head and not ours:
         problem = "is there and no pose graph of Arjuna's: it is not overwritten"
         raise SessionFileError(path, f"{problem}; choose another name")
-
-
-def _encode(session: Session) -> bytes:
-    archive = io.BytesIO()
-    np.savez(archive, allow_pickle=False, **_to_arrays(session))
-    body = archive.getvalue()
-    return body + hashlib.sha256(body).digest()
 
 
 def _to_arrays(session: Session) -> Arrays:
@@ -158,12 +156,6 @@ def _sweep(scan: Scan) -> tuple[float, ...]:
     return (
         scan.angle_min, scan.angle_increment, scan.range_min, scan.range_max, scan.time_increment
     )  # fmt: skip
-
-
-def _decode(path: Path, data: bytes) -> Session:
-    arrays = _read_arrays(path, data)
-    _check(path, arrays)
-    return _from_arrays(arrays)
 
 
 def _check_kind(path: Path, data: bytes) -> None:

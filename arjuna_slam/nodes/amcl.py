@@ -43,7 +43,6 @@ class AmclNode(ManagedNode):
     _doubted = 0.0  # quality that must be reached before the pose is published again; 0: none
 
     def configure(self) -> None:
-        """Create the interfaces; the filter comes with the first map."""
         self._rng = np.random.default_rng(self.config.seed)
         pose = self.config.odom_frame_id, self.config.base_frame_id
         self._scans = ScanQueue(BaseFrames(self, *pose, parameter="base_frame_id", adopt=True))
@@ -67,17 +66,14 @@ class AmclNode(ManagedNode):
         self.every(retry, self._process_scans)
 
     def activate(self) -> None:
-        """Start at the given pose, the last known one or anywhere."""
         if self.config.always_reset_initial_pose:
             self._estimate = None
         self._begin()
 
     def deactivate(self) -> None:
-        """Forget the scans that wait."""
         self._scans.clear()
 
     def cleanup(self) -> None:
-        """Forget the map and the pose."""
         self._doubted = 0.0
         self._grid = self._filter = self._estimate = self._given = None
 
@@ -95,7 +91,6 @@ class AmclNode(ManagedNode):
             self._build(self._grid)
 
     def trouble(self) -> str:
-        """Say that the robot is lost, where it is."""
         estimate = self._estimate
         if estimate is None or (estimate.status is not Status.LOST and not self._doubted):
             return ""

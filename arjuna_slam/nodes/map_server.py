@@ -43,7 +43,6 @@ class MapServerNode(ManagedNode):
     DEFAULT_NAME = "map_server"
 
     def configure(self) -> None:
-        """Read the map and offer it."""
         name: str = self.config.yaml_filename
         self._map: OccupancyGrid | None = self._load(_find(name)) if name else None
         self._publisher = self.publisher(OccupancyGridMsg, self.config.topic_name, qos.LATCHED)
@@ -51,7 +50,6 @@ class MapServerNode(ManagedNode):
         self.serve(LoadMap, f"{self.get_name()}/load_map", self._on_load)
 
     def activate(self) -> None:
-        """Publish the map."""
         if self._map is None:
             self.get_logger().info("no yaml_filename is set: waiting for load_map")
         else:
@@ -130,7 +128,6 @@ class MapSaverNode(ManagedNode):
     DEFAULT_NAME = "map_saver"
 
     def configure(self) -> None:
-        """Listen to the map and offer to save it."""
         self._maps: dict[str, OccupancyGridMsg] = {}
         self._topics: set[str] = set()
         self._waiting: list[_Waiting] = []
@@ -139,11 +136,9 @@ class MapSaverNode(ManagedNode):
         self.every(0.1, self._give_up)  # [s]
 
     def deactivate(self) -> None:
-        """Refuse what waits for a map."""
         self._refuse(self._waiting, "the node is inactive")
 
     def on_time_jump(self) -> None:
-        """Refuse what waits for a map: its time belongs to another run."""
         self._refuse(getattr(self, "_waiting", []), "time was set back")
 
     def _resolved(self, topic: str) -> str:
@@ -239,12 +234,10 @@ class FilterInfoServerNode(ManagedNode):
     DEFAULT_NAME = "costmap_filter_info_server"
 
     def configure(self) -> None:
-        """Create the topic."""
         topic = self.config.filter_info_topic
         self._publisher = self.publisher(CostmapFilterInfo, topic, qos.LATCHED)
 
     def activate(self) -> None:
-        """Say it."""
         config: FilterInfoServerConfig = self.config
         self._publisher.publish(
             CostmapFilterInfo(

@@ -63,7 +63,6 @@ class MergeMapsNode(ManagedNode):
     DEFAULT_NAME = "map_merging"
 
     def configure(self) -> None:
-        """Create topics and services."""
         self._submaps: list[Submap] = []
         self._sequence = 0
         self._merged = self._outputs("/map", "/map_metadata")

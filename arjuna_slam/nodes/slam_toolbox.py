@@ -38,7 +38,6 @@ class SlamToolboxNode(ManagedNode):
     DEFAULT_NAME = "slam_toolbox"
 
     def configure(self) -> None:
-        """Build SLAM and the interfaces, and continue a saved graph if one is named."""
         for correction in self.config.corrections:
             self.get_logger().warning(correction)
         if self.config.debug_logging:
@@ -76,7 +75,6 @@ class SlamToolboxNode(ManagedNode):
             self.every(c.transform_publish_period, self._output.broadcast)
 
     def deactivate(self) -> None:
-        """Forget the scans that wait, and the map on disk; say how many were of no use."""
         self._scans.clear()
         self.memory.forget()
         counts = {reason.value: n for reason, n in self.slam.scans.counts.items() if n}
@@ -91,7 +89,6 @@ class SlamToolboxNode(ManagedNode):
             self._restart()
 
     def on_config(self, config: Any) -> None:
-        """Say when it counts: SLAM keeps its parameters as long as its map."""
         self.get_logger().info("parameters of SLAM itself take effect at the next reset")
 
     def close_by_hand(self, moved: Mapping[int, SE2]) -> int:

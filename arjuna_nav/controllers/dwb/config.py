@@ -16,7 +16,7 @@ from arjuna_core.config import (
 )
 from arjuna_core.errors import ConfigError
 from arjuna_core.plugins import PluginTypes
-from arjuna_nav.controllers.base import PluginConfig
+from arjuna_nav.controllers.base import PluginConfig, with_defaults
 
 NAV2_CRITICS = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "ObstacleFootprint", "GoalAlign"),
@@ -41,16 +41,15 @@ _STOCK = (
 
 @dataclass(frozen=True)
 class ScaledConfig:
-    """A critic that has a weight alone."""
+    """A critic, which may have a weight alone."""
 
     scale: float = param(1.0, "Weight.", minimum=0.0)
 
 
 @dataclass(frozen=True)
-class RotateToGoalConfig:
+class RotateToGoalConfig(ScaledConfig):
     """Turns on the spot once the position is reached."""
 
-    scale: float = param(32.0, "Weight.", minimum=0.0)
     slowing_factor: float = param(5.0, "Weight of the speed while it comes to rest.", minimum=0.0)
     lookahead_time: float = param(
         -1.0, "When the heading is taken; below 0 at the trajectory's end.", unit="s"
@@ -72,33 +71,23 @@ class OscillationConfig:
 
 
 @dataclass(frozen=True)
-class ObstacleConfig:
+class ObstacleConfig(ScaledConfig):
     """Scores the costs under the robot; what collides is forbidden."""
 
-    scale: float = param(0.02, "Weight.", minimum=0.0)
     sum_scores: bool = param(False, "Whether the costs of all poses count, else the last's.")
 
 
 @dataclass(frozen=True)
-class DistanceConfig:
-    """Scores the distance of a trajectory's end from the path or its end."""
+class AlignConfig(ScaledConfig):
+    """Scores the distance of a point ahead of the robot, so that its heading matters."""
 
-    scale: float = param(32.0, "Weight.", minimum=0.0)
-
-
-@dataclass(frozen=True)
-class AlignConfig:
-    """The same of a point ahead of the robot, so that its heading matters."""
-
-    scale: float = param(32.0, "Weight.", minimum=0.0)
     forward_point_distance: float = length_param(0.1, "How far ahead the point lies.")
 
 
 @dataclass(frozen=True)
-class PreferForwardConfig:
+class PreferForwardConfig(ScaledConfig):
     """Scores driving back, hardly forward, and turning."""
 
-    scale: float = param(5.0, "Weight.", minimum=0.0)
     penalty: float = param(1.0, "Score of driving back or hardly at all.", minimum=0.0)
     strafe_x: float = speed_param(0.1, "Speed that is hardly forward.")
     strafe_theta: float = yaw_rate_param(0.2, "Yaw rate that excuses it.")
@@ -194,15 +183,15 @@ class DwbConfig(PluginConfig):
         (), "Where critics are looked for, `dwb_critics` if nowhere: all are there."
     )
     critics: tuple[str, ...] = plugin_names(_STOCK, "The critics.", CRITICS)
-    RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)
+    RotateToGoal: RotateToGoalConfig = with_defaults(RotateToGoalConfig, scale=32.0)
     Oscillation: OscillationConfig = field(default_factory=OscillationConfig)
-    BaseObstacle: ObstacleConfig = field(default_factory=ObstacleConfig)
-    ObstacleFootprint: ObstacleConfig = field(default_factory=ObstacleConfig)
-    PathAlign: AlignConfig = field(default_factory=AlignConfig)
-    GoalAlign: AlignConfig = field(default_factory=AlignConfig)
-    PathDist: DistanceConfig = field(default_factory=DistanceConfig)
-    GoalDist: DistanceConfig = field(default_factory=DistanceConfig)
-    PreferForward: PreferForwardConfig = field(default_factory=PreferForwardConfig)
+    BaseObstacle: ObstacleConfig = with_defaults(ObstacleConfig, scale=0.02)
+    ObstacleFootprint: ObstacleConfig = with_defaults(ObstacleConfig, scale=0.02)
+    PathAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0)
+    GoalAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0)
+    PathDist: ScaledConfig = with_defaults(ScaledConfig, scale=32.0)
+    GoalDist: ScaledConfig = with_defaults(ScaledConfig, scale=32.0)
+    PreferForward: PreferForwardConfig = with_defaults(PreferForwardConfig, scale=5.0)
     Twirling: ScaledConfig = field(default_factory=ScaledConfig)
 
     def __post_init__(self) -> None:

@@ -70,7 +70,6 @@ class Dwb(PathController):
 
     @property
     def desired_speed(self) -> float:
-        """Greatest forward speed where nothing limits it [m/s]."""
         return float(min(self._config.max_vel_x, self._fastest))
 
     @property
@@ -80,13 +79,11 @@ class Dwb(PathController):
         return most if most >= 0.0 else math.inf
 
     def set_path(self, path: Floats) -> None:
-        """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         if self._path.replace(path):
             self._arrived = False
             self._oscillation.reset()
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        """Return the velocity to drive, or NO_VALID_CONTROL where every trajectory is forbidden."""
         config = self._config
         if not len(self._path.ahead):
             return NO_PATH

@@ -117,17 +117,14 @@ class Graceful(PathController):
 
     @property
     def desired_speed(self) -> float:
-        """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.v_linear_max)
 
     def set_path(self, path: Floats) -> None:
-        """Take a path `(N, 3) float64`; a path to the same goal keeps what was reached."""
         if self._path.replace(path):
             self._arrived = self._had_carrot = False
             self._rotating = self._config.initial_rotation
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        """Return the velocity to drive, or NO_VALID_CONTROL where every approach collides."""
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)

@@ -14,7 +14,7 @@ from arjuna_core.config import (
     yaw_rate_param,
 )
 from arjuna_core.plugins import PluginTypes
-from arjuna_nav.controllers.base import PluginConfig
+from arjuna_nav.controllers.base import PluginConfig, with_defaults
 
 NAV2_CRITICS = (
     *("ConstraintCritic", "CostCritic", "ObstaclesCritic", "GoalCritic", "GoalAngleCritic"),
@@ -215,28 +215,18 @@ class MppiConfig(PluginConfig):
     regenerate_noises: bool = param(False, "Whether each command has its own noise.")
     seed: int = param(0, "Seed of the noise.", minimum=0)
     critics: tuple[str, ...] = plugin_names(_STOCK, "The critics.", CRITICS)
-    ConstraintCritic: CriticConfig = field(default_factory=lambda: CriticConfig(cost_weight=4.0))
-    CostCritic: CostConfig = field(default_factory=lambda: CostConfig(cost_weight=3.81))
+    ConstraintCritic: CriticConfig = with_defaults(CriticConfig, cost_weight=4.0)
+    CostCritic: CostConfig = with_defaults(CostConfig, cost_weight=3.81)
     ObstaclesCritic: ObstaclesConfig = field(default_factory=ObstaclesConfig)
-    GoalCritic: NearGoalConfig = field(
-        default_factory=lambda: NearGoalConfig(cost_weight=5.0, threshold_to_consider=1.4)
+    GoalCritic: NearGoalConfig = with_defaults(
+        NearGoalConfig, cost_weight=5.0, threshold_to_consider=1.4
     )
-    GoalAngleCritic: GoalAngleConfig = field(
-        default_factory=lambda: GoalAngleConfig(cost_weight=3.0)
+    GoalAngleCritic: GoalAngleConfig = with_defaults(GoalAngleConfig, cost_weight=3.0)
+    PathAlignCritic: PathAlignConfig = with_defaults(PathAlignConfig, cost_weight=10.0)
+    PathFollowCritic: PathFollowConfig = with_defaults(
+        PathFollowConfig, cost_weight=5.0, threshold_to_consider=1.4
     )
-    PathAlignCritic: PathAlignConfig = field(
-        default_factory=lambda: PathAlignConfig(cost_weight=10.0)
-    )
-    PathFollowCritic: PathFollowConfig = field(
-        default_factory=lambda: PathFollowConfig(cost_weight=5.0, threshold_to_consider=1.4)
-    )
-    PathAngleCritic: PathAngleConfig = field(
-        default_factory=lambda: PathAngleConfig(cost_weight=2.2)
-    )
-    PreferForwardCritic: NearGoalConfig = field(
-        default_factory=lambda: NearGoalConfig(cost_weight=5.0)
-    )
-    TwirlingCritic: CriticConfig = field(default_factory=lambda: CriticConfig(cost_weight=10.0))
-    VelocityDeadbandCritic: DeadbandConfig = field(
-        default_factory=lambda: DeadbandConfig(cost_weight=35.0)
-    )
+    PathAngleCritic: PathAngleConfig = with_defaults(PathAngleConfig, cost_weight=2.2)
+    PreferForwardCritic: NearGoalConfig = with_defaults(NearGoalConfig, cost_weight=5.0)
+    TwirlingCritic: CriticConfig = with_defaults(CriticConfig, cost_weight=10.0)
+    VelocityDeadbandCritic: DeadbandConfig = with_defaults(DeadbandConfig, cost_weight=35.0)

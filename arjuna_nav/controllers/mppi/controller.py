@@ -83,15 +83,12 @@ class Mppi(PathController):
 
     @property
     def desired_speed(self) -> float:
-        """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.vx_max)
 
     def set_path(self, path: Floats) -> None:
-        """Take a path `(N, 3) float64`; the controls found for the last one are continued."""
         self._path.replace(path)
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        """Return the velocity to drive, or NO_VALID_CONTROL where every rollout collides."""
         if not len(self._path.ahead):
             return NO_PATH
         self._path.advance(pose)

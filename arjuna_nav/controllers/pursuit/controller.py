@@ -69,7 +69,6 @@ class RegulatedPurePursuit(PathController):
 
     @property
     def desired_speed(self) -> float:
-        """Greatest forward speed where nothing limits it [m/s]."""
         return float(self._config.desired_linear_vel)
 
     def set_path(self, path: Floats) -> None:
@@ -88,7 +87,6 @@ class RegulatedPurePursuit(PathController):
         return self._braking == 0.0 or not self._config.use_cancel_deceleration
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
-        """Return the velocity to drive, or NO_VALID_CONTROL where it would collide."""
         if not len(self.path):
             return NO_PATH
         self._path.advance(pose)

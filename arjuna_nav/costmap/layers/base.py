@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from arjuna_core.arrays import Bytes
+from arjuna_core.config import param
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.transforms import TransformError
@@ -189,7 +190,6 @@ class SensedLayer(Layer):
         self.data: Bytes = np.full(master.frame.shape, untouched, dtype=np.uint8)
 
     def receive(self, source: str, value: Any) -> None:
-        """Take what a sensor has seen."""
         self._received[source].append(value)
 
     def start(self, now: float) -> None:
@@ -198,11 +198,9 @@ class SensedLayer(Layer):
         self._received_at = dict.fromkeys(self._received_at, now)
 
     def move(self, frame: GridFrame) -> None:
-        """Continue in another grid of the same resolution; what both cover is kept."""
         self.data = moved(self.data, self.master.frame, frame, self._untouched)
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         if window is None:
             self.data.fill(self._untouched)
             return
@@ -212,7 +210,6 @@ class SensedLayer(Layer):
             self.data[window] = kept
 
     def own_costs(self) -> Bytes | None:
-        """Return what sensors have seen."""
         return self.data
 
     def _take(self, now: float) -> dict[str, list[Any]]:
@@ -236,6 +233,15 @@ class SensedLayer(Layer):
 def absolute(topic: str) -> str:
     """Return a topic outside the costmap's own namespace, as Nav2 resolves it."""
     return topic if topic.startswith("/") else f"/{topic}"
+
+
+def combination_method(whose: str) -> Any:
+    """Declare the parameter of layers whose costs combine with those before them by `combine`."""
+    text = (
+        f"How {whose} costs and those of the layers before it combine: 0 its own, 1 the greater,"
+        " 2 the greater where theirs are known."
+    )
+    return param(1, text, choices=(0, 1, 2))
 
 
 def combine(costs: Bytes, own: Bytes, method: int) -> None:

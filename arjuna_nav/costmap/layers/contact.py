@@ -57,12 +57,10 @@ class ContactLayer(Layer):
         self._pushed, self._at = np.zeros(2), math.inf
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return the topic of commands."""
         kind = "TwistStamped" if self.config.enable_stamped_cmd_vel else "Twist"
         return (Input("commands", self.config.topic, kind),)
 
     def receive(self, source: str, value: Velocity) -> None:
-        """Take a command."""
         self._commands.append(value)
 
     def start(self, now: float) -> None:
@@ -71,7 +69,6 @@ class ContactLayer(Layer):
         self._contacts = [contact for contact in self._contacts if contact[0] <= now]
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Mark what stops the robot, and forget what stopped it long ago."""
         T_fixed_global = self._fixed()
         if self._is_stopped(T_fixed_global @ T_global_base, now):
             points = self._ahead(T_global_base)
@@ -93,7 +90,6 @@ class ContactLayer(Layer):
         return slice(int(row0), int(row1)), slice(int(column0), int(column1))
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Mark what was touched."""
         self._below[window] = costs == LETHAL
         corner = np.array([window[0].start, window[1].start])
         cells = self.master.frame.to_cells(self._points) - corner
@@ -101,7 +97,6 @@ class ContactLayer(Layer):
         costs[tuple(cells[inside].T)] = LETHAL
 
     def move(self, frame: GridFrame) -> None:
-        """Continue in another grid."""
         below = moved(self._below.view(np.uint8), self.master.frame, frame, 0)
         self._below = below.view(np.bool_)
 

@@ -12,7 +12,7 @@ from arjuna_core.arrays import Bytes
 from arjuna_core.config import param, plugin_names
 from arjuna_core.grid import GridFrame
 from arjuna_core.se2 import SE2
-from arjuna_nav.costmap.layers.base import Input, Layer, Master, combine
+from arjuna_nav.costmap.layers.base import Input, Layer, Master, combination_method, combine
 from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.costmap.window import Window, joined
 
@@ -23,12 +23,7 @@ class ContainerConfig:
 
     enabled: bool = param(True, "Whether the layer takes part.")
     plugins: tuple[str, ...] = plugin_names((), "Layers in order.", LAYERS)
-    combination_method: int = param(
-        1,
-        "How their costs and those of the layers before it combine: 0 its own, 1 the greater,"
-        " 2 the greater where theirs are known.",
-        choices=(0, 1, 2),
-    )
+    combination_method: int = combination_method("their")
 
 
 class LayerGroup(Layer):
@@ -53,7 +48,6 @@ class LayerGroup(Layer):
         }
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters of the same layers."""
         super().reconfigure(config)
         for name, layer in self.layers.items():
             layer.reconfigure(getattr(config, name))
@@ -65,17 +59,14 @@ class LayerGroup(Layer):
 
     @property
     def reach(self) -> int:
-        """Distance over which a changed cell changes others [cells]."""
         return sum(layer.reach for layer in self.in_use)
 
     @property
     def frame(self) -> GridFrame | None:
-        """The grid that the last of its layers needs that needs one."""
         frames = [layer.frame for layer in self.layers.values() if layer.frame is not None]
         return frames[-1] if frames else None
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return what its layers listen to, the sources by `layer.source`."""
         return tuple(
             replace(one, source=f"{name}.{one.source}")
             for name, layer in self.layers.items()
@@ -83,52 +74,42 @@ class LayerGroup(Layer):
         )
 
     def receive(self, source: str, value: Any) -> None:
-        """Hand what has come to the layer that it is for."""
         name, _, rest = source.partition(".")
         self.layers[name].receive(rest, value)
 
     def start(self, now: float) -> None:
-        """Begin at a time [s]."""
         for layer in self.layers.values():
             layer.start(now)
 
     def missing(self) -> str:
-        """Return what has not come to the first layer that lacks something."""
         return next(filter(None, (layer.missing() for layer in self.in_use)), "")
 
     def problem(self, now: float) -> str:
-        """Return why the first layer that is not current is not."""
         return next(filter(None, (layer.problem(now) for layer in self.in_use)), "")
 
     def warning(self) -> str:
-        """Return what is odd about its layers, a line each."""
         odd = ((layer.name, layer.warning()) for layer in self.in_use)
         return "\n".join(f"{name}: {warning}" for name, warning in odd if warning)
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Update its layers."""
         changed = None
         for layer in self.in_use:
             changed = joined(changed, layer.update(T_global_base, now))
         return changed
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Compose its layers over the costs."""
         for layer in self.in_use:
             layer.write(costs, window)
 
     def move(self, frame: GridFrame) -> None:
-        """Continue in another grid."""
         for layer in self.layers.values():
             layer.move(frame)
 
     def on_footprint(self) -> None:
-        """Take another outline of the robot."""
         for layer in self.layers.values():
             layer.on_footprint()
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what sensors have seen."""
         for layer in self.layers.values():
             layer.clear(window, outside)
 
@@ -143,7 +124,6 @@ class PluginContainerLayer(LayerGroup):
         super().__init__(config, name, master, config.plugins)
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Compose its layers, and combine the result with the costs of those before it."""
         own = np.full(costs.shape, self.master.untouched, dtype=np.uint8)
         super().write(own, window)
         combine(costs, own, self.config.combination_method)

@@ -6,15 +6,13 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 import numpy as np
-from numba import njit
+from scipy import ndimage
 
 from arjuna_core.arrays import Bytes
 from arjuna_core.config import param
 from arjuna_nav.costmap.costmap import FREE, LETHAL
 from arjuna_nav.costmap.layers.base import Layer
 from arjuna_nav.costmap.window import Window
-
-_SIDES = np.array([[0, 1], [1, 0], [0, -1], [-1, 0], [1, 1], [1, -1], [-1, 1], [-1, -1]])
 
 
 @dataclass(frozen=True)
@@ -44,27 +42,8 @@ class DenoiseLayer(Layer):
     def write(self, costs: Bytes, window: Window) -> None:
         """Set small groups free; those that the window's edge cuts count by what lies in it."""
         if self.config.minimal_group_size > 1:
-            _denoise(costs, self.config.minimal_group_size, self.config.group_connectivity_type)
-
-
-@njit(cache=True)
-def _denoise(data: Bytes, least: int, connectivity: int) -> None:
-    height, width = data.shape
-    seen = np.zeros(data.shape, np.bool_)
-    for row in range(height):
-        for column in range(width):
-            if data[row, column] != LETHAL or seen[row, column]:
-                continue
-            seen[row, column] = True
-            group, k = [(row, column)], 0
-            while k < len(group):
-                for side in range(connectivity):
-                    r, c = group[k][0] + _SIDES[side, 0], group[k][1] + _SIDES[side, 1]
-                    inside = 0 <= r < height and 0 <= c < width
-                    if inside and data[r, c] == LETHAL and not seen[r, c]:
-                        seen[r, c] = True
-                        group.append((r, c))
-                k += 1
-            if len(group) < least:
-                for r, c in group:
-                    data[r, c] = FREE
+            sides_alone = self.config.group_connectivity_type == 4
+            groups, _ = ndimage.label(costs == LETHAL, None if sides_alone else np.ones((3, 3)))
+            small = np.bincount(groups.ravel()) < self.config.minimal_group_size
+            small[0] = False  # what is not lethal
+            costs[small[groups]] = FREE

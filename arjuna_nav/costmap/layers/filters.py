@@ -62,7 +62,6 @@ class CostmapFilter(MapLayer):
         self._wrong_type: int | None = None
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return the info and, once that has come, the mask by its topic."""
         topic = self.config.filter_info_topic
         info = (Input("info", topic, "CostmapFilterInfo", latched=True),) if topic else ()
         if self._info is None:
@@ -71,7 +70,6 @@ class CostmapFilter(MapLayer):
         return (*info, Input(mask, mask, "OccupancyGrid", latched=True))
 
     def receive(self, source: str, value: FilterInfo | PlacedMap) -> None:
-        """Take an info, or the mask that the last one names."""
         if isinstance(value, PlacedMap):
             if self._info is not None and source == self._info.mask_topic:
                 self._map = value
@@ -83,7 +81,6 @@ class CostmapFilter(MapLayer):
             self._drop()
 
     def warning(self) -> str:
-        """Return why it has no effect; empty where it has."""
         topic = self.config.filter_info_topic
         if not topic:
             return "filter_info_topic is empty: the filter has no mask"
@@ -136,12 +133,10 @@ class KeepoutFilter(CostmapFilter):
         self._made_of: tuple[PlacedMap, bool] | None = None  # the mask, and if overridden
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters."""
         super().reconfigure(config)
         self._made_of = None
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Align the mask with the costmap by the latest transform."""
         before = self._placement
         T_global_mask = self._locate() if self._map is not None else None
         if self._map is not None and T_global_mask is not None:
@@ -151,7 +146,6 @@ class KeepoutFilter(CostmapFilter):
         return None if same else whole(self.master.frame.shape)
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Take the mask's costs where they are greater."""
         if self._placement is not None:
             self._place(self._placement.T_global_map)
             combine(costs, self._shown[window], 1)
@@ -223,7 +217,6 @@ class SpeedFilter(CostmapFilter):
         self._limit = self._taken = SpeedLimit(False, 0.0)
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Look up the limit where the robot is."""
         value = self._value_at(T_global_base)
         if value is not None and value != UNKNOWN_MASK and self._info is not None:
             percentage = self._info.type == 1
@@ -263,7 +256,6 @@ class BinaryFilter(CostmapFilter):
         self._taken: bool | None = None
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Look up the state where the robot is."""
         value = self._value_at(T_global_base)
         if self._map is None or self._info is None or self._problem or value == UNKNOWN_MASK:
             return None

@@ -43,26 +43,21 @@ class InflationLayer(Layer):
         self._inflation = self._make(master.frame.resolution)
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters."""
         super().reconfigure(config)
         self.on_footprint()
 
     @property
     def reach(self) -> int:
-        """Distance over which cost spreads [cells]."""
         return self._inflation.reach
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Inflate a window as if there were nothing outside it."""
         self._inflation.apply(costs)
 
     def move(self, frame: GridFrame) -> None:
-        """Take the resolution of another grid."""
         if frame.resolution != self.master.frame.resolution:
             self._inflation = self._make(frame.resolution)
 
     def on_footprint(self) -> None:
-        """Take another inscribed radius."""
         self._inflation = self._make(self.master.frame.resolution)
 
     def circumscribed_cost(self) -> int:

@@ -13,7 +13,14 @@ from arjuna_core.arrays import Bools, Bytes, Floats, Ints
 from arjuna_core.config import duration_param, param, plugin_names
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import FREE, LETHAL
-from arjuna_nav.costmap.layers.base import Input, Master, SensedLayer, absolute, combine
+from arjuna_nav.costmap.layers.base import (
+    Input,
+    Master,
+    SensedLayer,
+    absolute,
+    combination_method,
+    combine,
+)
 from arjuna_nav.costmap.layers.observations import (
     SOURCES,
     Observation,
@@ -43,12 +50,7 @@ class ObstacleConfig:
     footprint_clearing_enabled: bool = param(True, "Whether cells under the robot are set free.")
     min_obstacle_height: float = param(0.0, "Lowest point that marks.", unit="m")
     max_obstacle_height: float = param(2.0, "Highest point that marks.", unit="m")
-    combination_method: int = param(
-        1,
-        "How its costs and those of the layers before it combine: 0 its own, 1 the greater,"
-        " 2 the greater where theirs are known.",
-        choices=(0, 1, 2),
-    )
+    combination_method: int = combination_method("its")
     moving_time: float = duration_param(
         1.5,
         "How far ahead the paths of what moves cost, and its old marks fade; 0 takes all for"
@@ -82,23 +84,19 @@ class ObstacleLayer(SensedLayer):
         self._outside: dict[str, float] = {}  # sources whose scans lie too high or too low [m]
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters; what was seen is kept."""
         super().reconfigure(config)
         self.sources = sources_of(config)
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return its sources."""
         return tuple(
             Input(name, source.topic, source.data_type, source.sensor_frame)
             for name, source in self.sources.items()
         )
 
     def receive(self, source: str, value: Observation) -> None:
-        """Take a scan or a cloud."""
         super().receive(source, with_ends(value, self.sources[source]))
 
     def problem(self, now: float) -> str:
-        """Return which source has been silent for longer than is allowed; empty for none."""
         for name, source in self.sources.items():
             silent = now - self._received_at[name]
             if 0.0 < source.expected_update_rate < silent:
@@ -107,7 +105,6 @@ class ObstacleLayer(SensedLayer):
         return ""
 
     def warning(self) -> str:
-        """Return which source's scans are passed over for their height; empty for none."""
         for name, height in self._outside.items():
             low, high = self.sources[name].heights
             limits = f"min_obstacle_height is {low:g}, max_obstacle_height {high:g}"
@@ -115,12 +112,10 @@ class ObstacleLayer(SensedLayer):
         return ""
 
     def start(self, now: float) -> None:
-        """Begin at a time [s]: what is kept of earlier observations counts no more."""
         super().start(now)
         self._kept = {source: [] for source in self._kept}
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Enter what was seen, then set the cells under the robot free."""
         outline, self._vacated = self.master.footprint, None
         batches = self._batches(now)
         self._free_trails_of_others()
@@ -136,7 +131,6 @@ class ObstacleLayer(SensedLayer):
         return joined(self._vacated, within(touched, self.data[touched] != before))
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Combine its costs with those of the layers before it."""
         combine(costs, self.data[window], self.config.combination_method)
 
     def _batches(self, now: float) -> list[list[Seen]]:

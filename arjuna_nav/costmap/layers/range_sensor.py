@@ -55,18 +55,15 @@ class RangeSensorLayer(SensedLayer):
         super().__init__(config, name, master, _EVEN)
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return its topics; each is a source of its own name."""
         return tuple(Input(topic, topic, "Range") for topic in self.config.topics)
 
     def problem(self, now: float) -> str:
-        """Return that all sensors have been silent for longer than is allowed; empty if not."""
         silent = now - max(self._received_at.values(), default=now)
         if not 0.0 < self.config.no_readings_timeout < silent:
             return ""
         return f"no range on {', '.join(map(absolute, self._received_at))} for {silent:.2f} s"
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Enter readings in order of their stamps."""
         readings = [one for several in self._take(now).values() for one in several]
         if not readings:
             return None
@@ -81,7 +78,6 @@ class RangeSensorLayer(SensedLayer):
         return within(touched, self.data[touched] != before)
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Take what is surely occupied as lethal, and what is surely free where it is unknown."""
         own = self.data[window]
         costs[own > int(self.config.mark_threshold * LETHAL)] = LETHAL
         free = own < int(self.config.clear_threshold * LETHAL)

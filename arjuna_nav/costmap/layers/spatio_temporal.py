@@ -97,7 +97,6 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         self._forget()
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters; what was seen is kept where the voxels stay the same."""
         before, now = ((c.voxel_size, c.track_unknown_space) for c in (self.config, config))
         super().reconfigure(config)
         if before != now:
@@ -112,7 +111,6 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
             self._forget()
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         super().clear(window, outside)
         if window is None:
             self._forget()
@@ -130,7 +128,6 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         return middles
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Let what was marked fade, mark what is seen, and set the cells under the robot free."""
         seen = self._seen(now)
         if not self.config.mapping_mode:
             self._fade([one for one in seen if one[0].clearing], now)

@@ -71,7 +71,6 @@ class MapLayer(Layer):
         self._problem = ""
 
     def problem(self, now: float) -> str:
-        """Return why the map cannot be placed."""
         return self._problem
 
     def _locate(self) -> SE2 | None:
@@ -121,11 +120,9 @@ class StaticLayer(MapLayer):
 
     @property
     def frame(self) -> GridFrame | None:
-        """The map's grid."""
         return self._map.grid.frame if self._map is not None else None
 
     def inputs(self) -> tuple[Input, ...]:
-        """Return the map and, where asked for, its updates."""
         config = self.config
         topic = config.map_topic or self.master.config.map_topic
         latched = config.map_subscribe_transient_local
@@ -134,7 +131,6 @@ class StaticLayer(MapLayer):
         return (Input("map", topic, "OccupancyGrid", latched=latched), *taken)
 
     def receive(self, source: str, value: PlacedMap | MapUpdate) -> None:
-        """Take a map, or a part of it; a part that does not lie in the map is left out."""
         if isinstance(value, PlacedMap):
             self._map, self._before, self._updated = value, None, None
             self._drop()
@@ -151,12 +147,10 @@ class StaticLayer(MapLayer):
             self._updated = joined(self._updated, (rows, columns))
 
     def missing(self) -> str:
-        """Return that no map has come, where none has."""
         topic = self.inputs()[0].topic
         return "" if self._map is not None else f"no map has come on {absolute(topic)}"
 
     def update(self, T_global_base: SE2, now: float) -> Window | None:
-        """Align the map by the latest transform; clear it below the robot if configured."""
         if self._map is None:
             return None
         if self.master.config.rolling_window:
@@ -171,7 +165,6 @@ class StaticLayer(MapLayer):
         return changed if same else whole(self.master.frame.shape)
 
     def write(self, costs: Bytes, window: Window) -> None:
-        """Write the map, unknown cells too, unless the greater cost counts."""
         self._place(self._T_global_map)
         self._dropped &= window != whole(self.master.frame.shape)
         if self._placement is None:
@@ -185,7 +178,6 @@ class StaticLayer(MapLayer):
             np.copyto(costs, own, where=covered[window])
 
     def own_costs(self) -> Bytes | None:
-        """Return the map's costs, unknown outside it; None while it cannot be placed."""
         return self._shown if self._placement is not None else None
 
     def _clear_footprint(self, T_map_base: SE2) -> None:

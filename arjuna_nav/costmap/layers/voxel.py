@@ -70,20 +70,17 @@ class VoxelLayer(ObstacleLayer):
         return count, self.config.mark_threshold, count if unknown >= _ALL else unknown
 
     def reconfigure(self, config: Any) -> None:
-        """Take other parameters; what was seen is kept where the voxels stay the same."""
         edges, count = self._edges, self.config.z_voxels
         super().reconfigure(config)
         if (edges, count) != (self._edges, config.z_voxels):
             self.clear()
 
     def move(self, frame: GridFrame) -> None:
-        """Move to another grid of the same resolution; the overlap is kept."""
         self.voxels = moved(self.voxels, self.master.frame, frame, 0)
         self.known = moved(self.known, self.master.frame, frame, 0)
         super().move(frame)
 
     def clear(self, window: Window | None = None, outside: bool = False) -> None:
-        """Forget what was seen: everywhere, in a window of cells, or outside that window."""
         super().clear(window, outside)
         forgotten = self.data == self._untouched
         self.voxels[forgotten] = self.known[forgotten] = 0

@@ -97,7 +97,6 @@ class CostmapNode(ManagedNode):
     DEFAULT_NAME = "global_costmap"
 
     def configure(self) -> None:
-        """Create the costmap and its interfaces."""
         config: CostmapConfig = self.config
         self.layered = LayeredCostmap(config, self.transforms.lookup)
         self._updated_at = -np.inf
@@ -132,7 +131,6 @@ class CostmapNode(ManagedNode):
         return f"{self.get_name()} {since}, it is {self.now:.2f} s: {problem}"
 
     def trouble(self) -> str:
-        """Say why the costs are old, where they are."""
         overdue = (
             # Three periods without an update are too many.
             self.active and self.now - self._updated_at > 3.0 / self.config.update_frequency
@@ -151,7 +149,6 @@ class CostmapNode(ManagedNode):
         )
 
     def activate(self) -> None:
-        """Start from what is seen from now on."""
         self._inputs.clear()
         self.layered.group.start(self.now)
         self._updated_at = -np.inf
@@ -160,13 +157,11 @@ class CostmapNode(ManagedNode):
         self._pose_due = self.now + (self.config.initial_transform_timeout or np.inf)
 
     def on_time_jump(self) -> None:
-        """Forget what was seen in another run of time."""
         if self.active:
             self.activate()
             self.layered.clear_entirely()
 
     def on_config(self, config: CostmapConfig) -> None:
-        """Take other parameters; what sensors have seen is kept."""
         self.layered.reconfigure(config)
         self._inputs.hand_over_again()
 

@@ -52,7 +52,6 @@ class WatchFrames(SensorFrames):
         self._correction, self.tolerance = correction, tolerance
 
     def mount(self, frame: str) -> Pose3:
-        """Return the pose of a sensor's frame in the base."""
         return self.node.transforms.mount(self.base, frame)
 
     def pose(self, stamp: float) -> SE2:

@@ -9,12 +9,12 @@ from typing import Any
 from arjuna_core.config import duration_param, fixed, param, plugin_names
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.maps_folder import path_in_folder
+from arjuna_core.plugins import NamedConfigs
 from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.goal_server import GoalError, GoalServer
 from arjuna_core.se2 import SE2
 from arjuna_nav.docking.dock_types import (
     DOCK_TYPES,
-    DOCKS,
     DockConfig,
     DockType,
     placed,
@@ -33,7 +33,7 @@ class DockingServerConfig(DockingConfig):
     dock_plugins: tuple[str, ...] = plugin_names(
         ("simple_charging_dock",), "The kinds of docks.", DOCK_TYPES
     )
-    docks: tuple[str, ...] = plugin_names((), "The docks.", DOCKS)
+    docks: tuple[str, ...] = plugin_names((), "The docks.", NamedConfigs(DockConfig))
     dock_database: str = param("", "File of docks, instead of 'docks'.", path=True)
     dock_folder: str = param(".", "Folder that reload_database may read from.", path=True)
     navigator_bt_xml: str = param("", "Behavior tree that drives to a staging pose.", path=True)

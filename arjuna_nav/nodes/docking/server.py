@@ -43,7 +43,6 @@ class DockingServerNode(GoalNode):
     DEFAULT_NAME = "docking_server"
 
     def configure(self) -> None:
-        """Read the docks and create the interfaces."""
         config: DockingServerConfig = self.config
         self._book = DockBook(config, self.get_logger().warning)
         self._order: Order | None = None
@@ -78,11 +77,9 @@ class DockingServerNode(GoalNode):
         self.every(1.0 / config.controller_frequency, self._tick)
 
     def on_config(self, config: DockingServerConfig) -> None:
-        """Use new parameters of dock types from the next order on."""
         self._book.judge_by(config)
 
     def halt(self) -> None:
-        """Stop the robot where an order moves it."""
         if self._order is not None:
             self._stop(self._order)
         self._order = None

@@ -65,11 +65,9 @@ class NavigateToPoseNavigator(_Nav2Navigator):
     name, action, through = "navigate_to_pose", action.NavigateToPose, False
 
     def default_tree(self, server: Any) -> str:
-        """Return `default_nav_to_pose_bt_xml`."""
         return str(server.default_nav_to_pose_bt_xml)
 
     def poses(self, goal: Any) -> Sequence[Any]:
-        """Return its pose."""
         return [goal.pose]
 
 
@@ -79,11 +77,9 @@ class NavigateThroughPosesNavigator(_Nav2Navigator):
     name, action, through = "navigate_through_poses", action.NavigateThroughPoses, True
 
     def default_tree(self, server: Any) -> str:
-        """Return `default_nav_through_poses_bt_xml`."""
         return str(server.default_nav_through_poses_bt_xml)
 
     def poses(self, goal: Any) -> Sequence[Any]:
-        """Return its poses."""
         return list(goal.poses)
 
 

@@ -85,7 +85,6 @@ class ResumingNode(GoalNode):
     memory: GoalMemory
 
     def activate(self) -> None:
-        """Look for a goal that was running when the process ended."""
         self.memory.recall()
 
     def deactivate(self) -> None:

@@ -76,7 +76,6 @@ class DynamicEdgesScorer:
         node.serve(DynamicEdges, f"{node.get_name()}/{name}/adjust_edges", self._adjust)
 
     def score(self, edge: Edge, request: RouteRequest) -> float | None:
-        """Return the cost that was set, 0 without one; None where it is closed."""
         return None if edge in self._closed else self._costs.get(edge, 0.0)
 
     def _adjust(self, request: Any, response: Any) -> Any:
@@ -115,7 +114,6 @@ class AdjustSpeedLimit:
         self._out = node.publisher(SpeedLimit, config.speed_limit_topic, qos.DEFAULT)
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Publish where a node was passed and the limit changes there."""
         if event.node is None:
             return None
         share = speed_share(event.entered, self._tag) if event.entered is not None else 1.0
@@ -145,7 +143,6 @@ class ReroutingService:
         return response
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Ask once for each call."""
         asked, self._asked = self._asked, False
         return OperationResult(reroute=True) if asked else None
 
@@ -182,7 +179,6 @@ class TriggerEvent:
         self._calls: list[_Call] = []
 
     def perform(self, event: RouteEvent) -> OperationResult | None:
-        """Call the service of the metadata, and look after the calls that are not answered yet."""
         self._calls = [call for call in self._calls if call.since >= event.began]
         if event.called is not None:
             self._call(str(event.called.get("service_name", self._config.service_name)), event.now)

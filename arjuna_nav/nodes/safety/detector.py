@@ -31,26 +31,21 @@ class CollisionDetectorNode(ManagedNode):
     DEFAULT_NAME = "collision_detector"
 
     def configure(self) -> None:
-        """Create the zones and the output."""
         self._watch = Watch(self)
         self._state = self.publisher(CollisionDetectorState, "collision_detector_state", qos.LATEST)
         self.every(1.0 / self.config.frequency, self._publish)
 
     def activate(self) -> None:
-        """Look from now on."""
         self._watch.reset()
 
     def on_time_jump(self) -> None:
-        """Forget what was seen in another run of time."""
         if self.active:
             self.activate()
 
     def on_config(self, config: CollisionDetectorConfig) -> None:
-        """Look by the new parameters from now on."""
         self._watch.reconfigure(config)
 
     def trouble(self) -> str:
-        """Say which source is silent."""
         return self._watch.silent() if self.active else ""
 
     def _publish(self) -> None:

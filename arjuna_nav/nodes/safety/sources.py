@@ -14,7 +14,7 @@ from nav2_msgs.msg import Costmap
 from sensor_msgs.msg import LaserScan, PointCloud2, Range
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import angle_param, fixed, length_param, param
+from arjuna_core.config import angle_param, duration_param, fixed, length_param, param
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
@@ -34,8 +34,8 @@ class SourceConfig:
 
     topic: str = fixed("scan", "Its topic; empty: the robot's scan.", of_robot="scan_topic")
     enabled: bool = param(True, "Whether it counts.")
-    source_timeout: float = param(
-        -1.0, "How old a message may be; 0: any age; below 0: the node's.", unit="s", minimum=-1.0
+    source_timeout: float = duration_param(
+        -1.0, "How old a message may be; 0: any age; below 0: the node's.", minimum=-1.0
     )
 
 
@@ -149,7 +149,6 @@ class ScanSource(Source):
     message_type = LaserScan
 
     def reset(self) -> None:
-        """Forget what was seen."""
         super().reset()
         self._tracker, self._moving = Tracker(REACH), Moving.nothing()
         # Of those that came while nobody looked so many are tracked: 3 s of a common lidar.
@@ -262,17 +261,14 @@ class PolygonSource(Source):
     message_type = PolygonInstanceStamped
 
     def reset(self) -> None:
-        """Forget what was seen."""
         super().reset()
         self._instances: dict[int, Any] = {}
 
     def take(self, message: Any) -> None:
-        """Take a polygon; it replaces that of its number."""
         super().take(message)
         self._instances[message.polygon.id] = message
 
     def sight(self) -> Sight | None:
-        """Return the edges of all polygons that are not too old; None where there is none."""
         oldest = self._frames.node.now - (self.timeout or math.inf)
         stamped = {k: (seconds(m.header.stamp), m) for k, m in self._instances.items()}
         fresh = {k: stamped[k] for k in stamped if stamped[k][0] >= oldest}
@@ -311,19 +307,15 @@ class CostmapSource(Source):
 
     @property
     def late(self) -> bool:
-        """True where its costs are older than is allowed, or none have come."""
         return self.timeout > 0.0 and self._reader.current(self.timeout) is None
 
     def trust(self) -> float:
-        """Return 1, or 0 where it is silent."""
         return float(not self.late)
 
     def problem(self) -> str:
-        """Return why its costs do not count; empty where they do."""
         return self._reader.why_not_current() if self.config.enabled and self.late else ""
 
     def sight(self) -> Sight | None:
-        """Return the cells that cost enough; None while no costs have come."""
         costmap = self._reader.current(self.timeout or math.inf, self._frames.base)
         if costmap is None:
             return None

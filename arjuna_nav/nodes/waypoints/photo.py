@@ -61,7 +61,6 @@ class PhotoAtWaypoint:
         self._newest = message
 
     def start(self, pose: Any, index: int, now: float) -> None:
-        """Take the picture."""
         if not self._config.enabled:
             self._taken = True
             return
@@ -75,7 +74,6 @@ class PhotoAtWaypoint:
             self._log.info(f"picture at waypoint {index}: {path}")
 
     def tick(self, now: float) -> bool | None:
-        """Return whether it was taken."""
         return self._taken
 
     def _encoded(self) -> bytes:

@@ -55,12 +55,10 @@ class WaitAtWaypoint:
         self.problem = ""
 
     def start(self, pose: Any, index: int, now: float) -> None:
-        """Begin to wait."""
         pause = self._config.waypoint_pause_duration / 1000.0 if self._config.enabled else 0.0
         self._until = now + pause
 
     def tick(self, now: float) -> bool | None:
-        """Return True once the time is over."""
         return True if now >= self._until else None
 
 
@@ -91,11 +89,9 @@ class InputAtWaypoint:
         self._came = True
 
     def start(self, pose: Any, index: int, now: float) -> None:
-        """Begin to wait; what came before does not count."""
         self._came, self._until = False, now + self._config.timeout
 
     def tick(self, now: float) -> bool | None:
-        """Return True once a message has come, False where none has in time."""
         if self._came or not self._config.enabled:
             return True
         if now < self._until:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass, field
 
-from arjuna_core.config import SEED_MAX, param
+from arjuna_core.config import SEED_MAX, duration_param, length_param, param
 from arjuna_nav.planners.base import GridPlannerConfig
 from arjuna_nav.planners.relaxation import SmootherConfig
 
@@ -14,9 +14,7 @@ from arjuna_nav.planners.relaxation import SmootherConfig
 class SmacConfig(GridPlannerConfig):
     """Parameters of all searches."""
 
-    tolerance: float = param(
-        0.25, "How far from a blocked goal the path may end.", unit="m", minimum=0.0
-    )
+    tolerance: float = length_param(0.25, "How far from a blocked goal the path may end.")
     max_iterations: int = param(
         1000000, "Most cells or poses expanded; below 1 any number.", maximum=SEED_MAX
     )
@@ -31,11 +29,8 @@ class SmacConfig(GridPlannerConfig):
     terminal_checking_interval: int = param(
         5000, "How many between two looks whether the plan is to stop.", minimum=1, maximum=SEED_MAX
     )
-    max_planning_time: float = param(
-        5.0,
-        "After which a plan ends with TIMEOUT. In lock-step plans take no time.",
-        unit="s",
-        minimum=0.0,
+    max_planning_time: float = duration_param(
+        5.0, "After which a plan ends with TIMEOUT. In lock-step plans take no time."
     )
     smoother: SmootherConfig = field(default_factory=SmootherConfig)
 
@@ -65,8 +60,8 @@ class DownsamplingConfig:
 class PoseSearchConfig(SmacConfig):
     """Parameters of all searches over poses."""
 
-    minimum_turning_radius: float = param(
-        0.4, "Radius of the tightest bend; a cell at the least.", unit="m", minimum=0.0
+    minimum_turning_radius: float = length_param(
+        0.4, "Radius of the tightest bend; a cell at the least."
     )
     reverse_penalty: float = param(2.0, "Factor on driving backwards.", minimum=0.0)
     change_penalty: float = param(0.0, "Added to it where the bend changes sides.", minimum=0.0)
@@ -78,7 +73,7 @@ class PoseSearchConfig(SmacConfig):
     analytic_expansion_ratio: float = param(
         3.5, "How often a direct curve to the goal is tried; higher is oftener.", minimum=0.01
     )
-    analytic_expansion_max_length: float = param(3.0, "Longest such curve.", unit="m", minimum=0.0)
+    analytic_expansion_max_length: float = length_param(3.0, "Longest such curve.")
     analytic_expansion_max_cost: float = param(
         200.0, "Greatest cost that it may cross; any that is free from 253 on.", minimum=0.0
     )
@@ -93,11 +88,9 @@ class PoseSearchConfig(SmacConfig):
         "Whether the costs left to a goal are kept while it stays: sooner planned, as if the"
         " costmap had not changed in its estimates.",
     )
-    lookup_table_size: float = param(
+    lookup_table_size: float = length_param(
         1000.0,
         "Edge of the square about the goal in which bends count in the estimate of the rest.",
-        unit="m",
-        minimum=0.0,
         theirs=20.0,
     )
     goal_heading_mode: str = param(
@@ -161,8 +154,8 @@ class SmacLatticeConfig(PoseSearchConfig):
         " that bend by minimum_turning_radius.",
         path=True,
     )
-    minimum_turning_radius: float = param(
-        0.5, "Radius of the tightest bend where no file is given.", unit="m", minimum=0.0
+    minimum_turning_radius: float = length_param(
+        0.5, "Radius of the tightest bend where no file is given."
     )
     allow_reverse_expansion: bool = param(False, "Whether pieces are driven back, too.")
     rotation_penalty: float = param(

@@ -16,7 +16,6 @@ from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.docking.approach import ApproachConfig, at_the_end, foreseen, steer
 from arjuna_nav.docking.dock_types import (
     DOCK_TYPES,
-    DOCKS,
     DockSenses,
     DockType,
     read_docks,
@@ -95,7 +94,6 @@ def test_docks_are_read_from_a_file(tmp_path: Path) -> None:
     assert docks["home"].docked == SE2(1.0, 2.0, 0.5)
     assert unknown_types(docks, ["a", "b"]) == []
     assert "valid: b" in unknown_types(docks, ["b"])[0]
-    assert DOCKS.resolve("opennav_docking::Dock").Config().frame == "map"
 
 
 @pytest.mark.parametrize(
