@@ -14,7 +14,6 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.param import info_of
 from arjuna_core.plugins import PluginTypes
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN
 from bringup.viewing.drawing.values import Colour, Colours, Parts
 
 _HERE = "bringup.viewing.displays"
@@ -130,12 +129,12 @@ class Display:
         return (Wanted(self.name, self.types),) if self.types else ()
 
     def take(self, message: Any) -> Parts | None:
-        """Return what to draw in place of what was, or None to leave it; the usual drawing here.
+        """Return what to draw in place of what was, or None to leave it.
 
         Raises:
             ValueError: The message makes no sense.
         """
-        return self.usual(message)
+        return None
 
     def tick(self, moment: Moment) -> Parts | None:
         """Return what to draw in place of what was, or None to leave it; called ten times a second.
@@ -143,12 +142,6 @@ class Display:
         It is where a display that takes no messages draws, and where lifetimes end.
         """
         return None
-
-    def usual(self, message: Any, **style: Any) -> Parts:
-        """Return the usual drawing of a message of its type in its colour, with other sizes."""
-        if hasattr(self.config, "color"):
-            style = {"colour": self.config.color, **style}
-        return {"": dataclasses.replace(DRAWN[self.types[0]](self.name, message), **style)}
 
 
 @cache
