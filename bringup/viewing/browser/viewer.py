@@ -215,11 +215,7 @@ class Viewer:
 
     def _listen(self) -> None:
         """Subscribe to what is shown, as long as somebody looks; to the frames always."""
-        shown = {
-            key: (each.display, each.spec.anywhere)
-            for key, each in self._shown.items()
-            if each.spec.shown
-        }
+        shown = {key: each.display for key, each in self._shown.items() if each.spec.shown}
         self._robot.listen(shown if self._viewers else None)
 
     def add(self, spec: DisplaySpec) -> str:

@@ -48,7 +48,7 @@ class DisplaySpec:
         kind: Its class, a name of `DISPLAYS` or `module:Class`.
         topic: Empty for the class's own.
         settings: Of its `Config`, by field; what is not given has its default.
-        anywhere: Whether another topic of its types will do while this one is silent.
+        anywhere: As the display's.
         rviz: What a file of RViz said of it, to be saved again.
     """
 
@@ -69,7 +69,9 @@ class DisplaySpec:
         cls: type[Display] = DISPLAYS.resolve(self.kind)
         if not (isinstance(cls, type) and issubclass(cls, Display)):
             raise ConfigError(f"'{self.kind}' is no display; valid: a class of Display")
-        return cls(cls.Config(**self.settings), self.topic or cls.topic)
+        display = cls(cls.Config(**self.settings), self.topic or cls.topic)
+        display.anywhere = self.anywhere
+        return display
 
 
 @dataclass
@@ -111,6 +113,7 @@ class Display:
         latched: Whether they are published once, for whoever comes later.
         raw: Whether it takes them serialized.
         property: Where RViz writes its topic.
+        anywhere: Whether another topic of its types will do while its own is silent.
     """
 
     types: ClassVar[tuple[str, ...]] = ()
@@ -118,6 +121,7 @@ class Display:
     latched: ClassVar[bool] = False
     raw: ClassVar[bool] = False
     property: ClassVar[str] = "Topic"
+    anywhere: bool = False
     Config: ClassVar[type[Any]] = NoSettings
 
     def __init__(self, config: Any, topic: str) -> None:
