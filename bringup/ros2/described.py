@@ -26,76 +26,68 @@ from bringup.ros2.worlds import world_of
 _MODEL = "TURTLEBOT3_MODEL"
 _CLONED = "robot1={x: 0.5, y: 0.5}; robot2={x: -0.5, y: -0.5, yaw: 1.5707}"
 _UNIQUE = "robot1={x: 0.0, y: 0.5}; robot2={x: 0.0, y: -0.5}"
-_DEADZONE, _RATE = 0.3, 20.0  # joy's, as that launch file sets them
+
+
+def launch_file(usual: Mapping[str, Any], *actions: Any) -> LaunchDescription:
+    """Return what a launch file describes whose arguments have usual values, None for none."""
+    declared = (DeclareLaunchArgument(name, default_value=value) for name, value in usual.items())
+    return LaunchDescription([*declared, *actions])
+
+
+def _node(package: str, executable: str = "", **more: Any) -> Node:
+    return Node(package=package, executable=executable or package, output="screen", **more)
+
+
+def _in_share(package: Any, *parts: Any) -> PathJoinSubstitution:
+    return PathJoinSubstitution([FindPackageShare(package), *parts])
+
+
+def _spawner(*words: Any, **more: Any) -> Node:
+    return _node("ros_gz_sim", "create", arguments=list(words), **more)
 
 
 def robot() -> LaunchDescription:
     """Publish a robot's description and its frames: `urdf_package`, `urdf_package_path`."""
     names = ("urdf_package", "urdf_package_path")
-    package, path = (LaunchConfiguration(name) for name in names)
-    command = Command(["xacro ", PathJoinSubstitution([FindPackageShare(package), path])])
-    text = ParameterValue(command, value_type=str)
-    publisher = Node(
-        package="robot_state_publisher",
-        executable="robot_state_publisher",
-        parameters=[{"robot_description": text}],
-    )
-    return LaunchDescription([*map(DeclareLaunchArgument, names), publisher])
+    command = Command(["xacro ", _in_share(*map(LaunchConfiguration, names))])
+    text = {"robot_description": ParameterValue(command, value_type=str)}
+    return launch_file(dict.fromkeys(names), _node("robot_state_publisher", parameters=[text]))
 
 
 def display() -> LaunchDescription:
     """Show a robot, whose joints stand still: `jsp_gui` and `rviz_config` too."""
-    usual = PathJoinSubstitution([FindPackageShare("urdf_launch"), "config", "urdf.rviz"])
+    usual = {"jsp_gui": "true", "rviz_config": _in_share("urdf_launch", "config", "urdf.rviz")}
     gui, joints = LaunchConfiguration("jsp_gui"), "joint_state_publisher"
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("jsp_gui", default_value="true"),
-            DeclareLaunchArgument("rviz_config", default_value=usual),
-            *robot().entities,
-            Node(package=joints, executable=joints, condition=UnlessCondition(gui)),
-            Node(package=f"{joints}_gui", executable=f"{joints}_gui", condition=IfCondition(gui)),
-            Node(
-                package="rviz2",
-                executable="rviz2",
-                output="screen",
-                arguments=["-d", LaunchConfiguration("rviz_config")],
-            ),
-        ]
+    return launch_file(
+        usual,
+        *robot().entities,
+        _node(joints, condition=UnlessCondition(gui)),
+        _node(f"{joints}_gui", condition=IfCondition(gui)),
+        _node("rviz2", arguments=["-d", LaunchConfiguration("rviz_config")]),
     )
 
 
 def turtlebot3_description() -> LaunchDescription:
     """Publish the Burger's description and its frames: `use_sim_time`, `frame_prefix`."""
-    prefix = LaunchConfiguration("frame_prefix", default="")
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("use_sim_time", default_value="false"),
-            Node(
-                package="robot_state_publisher",
-                executable="robot_state_publisher",
-                name="robot_state_publisher",
-                output="screen",
-                parameters=[
-                    {
-                        "use_sim_time": LaunchConfiguration("use_sim_time"),
-                        "robot_description": read_text(shipped_file("urdf/burger.urdf")),
-                        "frame_prefix": ParameterValue(prefix, value_type=str),
-                    }
-                ],
-            ),
-        ]
-    )
+    parameters = {
+        "use_sim_time": LaunchConfiguration("use_sim_time"),
+        "robot_description": read_text(shipped_file("urdf/burger.urdf")),
+        "frame_prefix": ParameterValue(
+            LaunchConfiguration("frame_prefix", default=""), value_type=str
+        ),
+    }
+    name = "robot_state_publisher"
+    return launch_file({"use_sim_time": "false"}, _node(name, name=name, parameters=[parameters]))
 
 
 def turtlebot3_spawn() -> LaunchDescription:
     """Put the Burger into the world: `x_pose`, `y_pose`."""
     x, y = (LaunchConfiguration(f"{axis}_pose", default="0.0") for axis in "xy")
     file = str(shipped_file("urdf/burger.urdf"))
-    words: list[Any] = ["-name", "burger", "-file", file, "-x", x, "-y", y, "-z", "0.01"]
-    spawner = Node(package="ros_gz_sim", executable="create", arguments=words, output="screen")
     model = os.environ.get(_MODEL, "burger")
     remark = LogInfo(msg=f"the Burger stands for {_MODEL}={model}")
-    return LaunchDescription([*([remark] if model != "burger" else []), spawner])
+    spawner = _spawner("-name", "burger", "-file", file, "-x", x, "-y", y, "-z", "0.01")
+    return launch_file({}, *([remark] if model != "burger" else []), spawner)
 
 
 def _spawned(name: str, x: str, y: str) -> LaunchDescription:
@@ -110,18 +102,7 @@ def _spawned(name: str, x: str, y: str) -> LaunchDescription:
     words += ["-robot_namespace", given["namespace"]]
     for option, axis, value in (("-x", "x_pose", x), ("-y", "y_pose", y), ("-Y", "yaw", "0.0")):
         words += [option, LaunchConfiguration(axis, default=value)]
-    return LaunchDescription(
-        [
-            *(DeclareLaunchArgument(one, default_value=value) for one, value in usual.items()),
-            Node(
-                package="ros_gz_sim",
-                executable="create",
-                arguments=words,
-                output="screen",
-                condition=IfCondition(given["use_simulator"]),
-            ),
-        ]
-    )
+    return launch_file(usual, _spawner(*words, condition=IfCondition(given["use_simulator"])))
 
 
 tb3_spawn = partial(_spawned, "turtlebot3_waffle", "-2.0", "-0.5")
@@ -155,8 +136,7 @@ def turtlebot4() -> LaunchDescription:
     known = {"world": "warehouse", "x": "0.0", "y": "0.0", "yaw": "0.0", "namespace": ""}
     known |= dict.fromkeys(("rviz", "slam", "localization", "nav2"), "false")
     known["map"] = str(shipped_file("maps/warehouse.yaml"))
-    declared = (DeclareLaunchArgument(name, default_value=text) for name, text in known.items())
-    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+    return launch_file(known, OpaqueFunction(function=started))
 
 
 def turtlebot4_spawn() -> LaunchDescription:
@@ -167,29 +147,16 @@ def turtlebot4_spawn() -> LaunchDescription:
     known = {"namespace": "", "rviz": "false", "x": "0.0", "y": "0.0", "yaw": "0.0"}
     given = {name: LaunchConfiguration(name) for name in known}
     words: list[Any] = ["-name", "turtlebot4", "-file", str(shipped_file("urdf/burger.urdf"))]
-    words += ["-robot_namespace", given["namespace"], "-x", given["x"], "-y", given["y"]]
-    return LaunchDescription(
-        [
-            *(DeclareLaunchArgument(name, default_value=text) for name, text in known.items()),
-            Node(
-                package="ros_gz_sim",
-                executable="create",
-                arguments=[*words, "-Y", given["yaw"]],
-                output="screen",
-            ),
-            Node(package="rviz2", executable="rviz2", condition=IfCondition(given["rviz"])),
-            _create3(given["namespace"]),
-        ]
-    )
+    options = {"-robot_namespace": "namespace", "-x": "x", "-y": "y", "-Y": "yaw"}
+    words += [word for option, name in options.items() for word in (option, given[name])]
+    viewer = _node("rviz2", condition=IfCondition(given["rviz"]))
+    return launch_file(known, _spawner(*words), viewer, _create3(given["namespace"]))
 
 
 def _create3(namespace: Any) -> Node:
-    return Node(
-        package="irobot_create_nodes",
-        executable="motion_control",
-        namespace=namespace,
-        parameters=[{"use_sim_time": True}],
-    )
+    sim_time = {"use_sim_time": True}
+    package = "irobot_create_nodes"
+    return _node(package, "motion_control", namespace=namespace, parameters=[sim_time])
 
 
 def cloned_robots() -> LaunchDescription:
@@ -225,8 +192,7 @@ def _several(usual: str, params_of: Callable[[str, Any], str]) -> LaunchDescript
 
     known = {"robots": usual, "world": "", "params_file": "", "use_rviz": "true"}
     known["map"] = str(shipped_file("maps/pillar_arena.yaml"))
-    declared = (DeclareLaunchArgument(name, default_value=text) for name, text in known.items())
-    return LaunchDescription([*declared, OpaqueFunction(function=started)])
+    return launch_file(known, OpaqueFunction(function=started))
 
 
 def _poses(text: str) -> dict[str, Mapping[str, Any]]:
@@ -247,65 +213,44 @@ def _poses(text: str) -> dict[str, Mapping[str, Any]]:
     return found
 
 
-def ekf() -> LaunchDescription:
-    """Fuse what the package's `ekf.yaml` names."""
-    return LaunchDescription([_fusing("ekf", "ekf", "ekf_filter_node")])
+def _fusing(file: str, program: str, name: str, *remappings: tuple[str, str]) -> Node:
+    package = "robot_localization"
+    path = _in_share(package, "params", f"{file}.yaml")
+    return _node(package, f"{program}_node", name=name, parameters=[path], remappings=remappings)
 
 
-def ukf() -> LaunchDescription:
-    """Fuse what the package's `ukf.yaml` names."""
-    return LaunchDescription([_fusing("ukf", "ukf", "ukf_filter_node")])
+def _fused(program: str, name: str) -> LaunchDescription:
+    """Run a node of robot_localization as the package's file of its program's name says."""
+    return launch_file({}, _fusing(program, program, name))
 
 
-def navsat_transform() -> LaunchDescription:
-    """Convert GPS as the package's `navsat_transform.yaml` says."""
-    return LaunchDescription(
-        [_fusing("navsat_transform", "navsat_transform", "navsat_transform_node")]
-    )
+ekf = partial(_fused, "ekf", "ekf_filter_node")
+ukf = partial(_fused, "ukf", "ukf_filter_node")
+navsat_transform = partial(_fused, "navsat_transform", "navsat_transform_node")
 
 
 def dual_ekf_navsat_example() -> LaunchDescription:
     """Fuse wheels and IMU in odom, with GPS in map."""
     file, filtered = "dual_ekf_navsat_example", "odometry/filtered"
-    return LaunchDescription(
-        [
-            _fusing(file, "ekf", "ekf_filter_node_odom", (filtered, "odometry/local")),
-            _fusing(file, "ekf", "ekf_filter_node_map", (filtered, "odometry/global")),
-            _fusing(file, "navsat_transform", "navsat_transform", (filtered, "odometry/global")),
-        ]
-    )
-
-
-def _fusing(file: str, program: str, name: str, *remappings: tuple[str, str]) -> Node:
-    package = "robot_localization"
-    path = PathJoinSubstitution([FindPackageShare(package), "params", f"{file}.yaml"])
-    return Node(
-        package=package,
-        executable=f"{program}_node",
-        name=name,
-        output="screen",
-        parameters=[path],
-        remappings=remappings,
+    return launch_file(
+        {},
+        _fusing(file, "ekf", "ekf_filter_node_odom", (filtered, "odometry/local")),
+        _fusing(file, "ekf", "ekf_filter_node_map", (filtered, "odometry/global")),
+        _fusing(file, "navsat_transform", "navsat_transform", (filtered, "odometry/global")),
     )
 
 
 def route_tool() -> LaunchDescription:
     """Show the map of `yaml_filename`, to draw a graph of routes on."""
-    view = PathJoinSubstitution([FindPackageShare("nav2_route"), "rviz", "route_tool.rviz"])
+    view = _in_share("nav2_route", "rviz", "route_tool.rviz")
     map_file = {"yaml_filename": LaunchConfiguration("yaml_filename")}
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("yaml_filename", default_value=""),
-            Node(package="rviz2", executable="rviz2", arguments=["-d", view], output="screen"),
-            Node(package="nav2_map_server", executable="map_server", parameters=[map_file]),
-        ]
-    )
+    server = _node("nav2_map_server", "map_server", parameters=[map_file])
+    return launch_file({"yaml_filename": ""}, _node("rviz2", arguments=["-d", view]), server)
 
 
 def merge_maps() -> LaunchDescription:
     """Put saved graphs together into one map."""
-    program = Node(package="slam_toolbox", executable="merge_maps_kinematic", output="screen")
-    return LaunchDescription([program])
+    return launch_file({}, _node("slam_toolbox", "merge_maps_kinematic"))
 
 
 def explore() -> LaunchDescription:
@@ -313,59 +258,37 @@ def explore() -> LaunchDescription:
 
     Source: explore_lite, explore.launch.py.
     """
-    share = FindPackageShare("explore_lite")
-    file = PathJoinSubstitution([share, "config", "params.yaml"])
-    return LaunchDescription(
-        [
-            DeclareLaunchArgument("use_sim_time", default_value="true"),
-            DeclareLaunchArgument("namespace", default_value=""),
-            Node(
-                package="explore_lite",
-                executable="explore",
-                name="explore_node",
-                namespace=LaunchConfiguration("namespace"),
-                output="screen",
-                parameters=[file, {"use_sim_time": LaunchConfiguration("use_sim_time")}],
-                remappings=[("/tf", "tf"), ("/tf_static", "tf_static")],
-            ),
-        ]
+    file = _in_share("explore_lite", "config", "params.yaml")
+    sim_time = {"use_sim_time": LaunchConfiguration("use_sim_time")}
+    node = _node(
+        "explore_lite",
+        "explore",
+        name="explore_node",
+        namespace=LaunchConfiguration("namespace"),
+        parameters=[file, sim_time],
+        remappings=[("/tf", "tf"), ("/tf_static", "tf_static")],
     )
+    return launch_file({"use_sim_time": "true", "namespace": ""}, node)
 
 
 def twist_mux() -> LaunchDescription:
     """Pass on the commands of who comes first: `config_topics`, `config_locks`, `cmd_vel_out`."""
-    share = FindPackageShare("twist_mux")
     usual: dict[str, Any] = {
-        f"config_{kind}": PathJoinSubstitution([share, "config", f"twist_mux_{kind}.yaml"])
+        f"config_{kind}": _in_share("twist_mux", "config", f"twist_mux_{kind}.yaml")
         for kind in ("locks", "topics")
     }
     files = [LaunchConfiguration(name) for name in usual]
     usual |= {"cmd_vel_out": "twist_mux/cmd_vel", "use_sim_time": "False"}
     sim_time = {"use_sim_time": LaunchConfiguration("use_sim_time")}
-    return LaunchDescription(
-        [
-            *(DeclareLaunchArgument(name, default_value=value) for name, value in usual.items()),
-            Node(
-                package="twist_mux",
-                executable="twist_mux",
-                output="screen",
-                parameters=[sim_time, *files],
-                remappings=[("/cmd_vel_out", LaunchConfiguration("cmd_vel_out"))],
-            ),
-        ]
-    )
+    out = [("/cmd_vel_out", LaunchConfiguration("cmd_vel_out"))]
+    return launch_file(usual, _node("twist_mux", parameters=[sim_time, *files], remappings=out))
 
 
 def teleop() -> LaunchDescription:
     """Drive by a joystick: `config_filepath`, `joy_dev`, `joy_vel`, `publish_stamped_twist`."""
     usual = {"joy_config": "ps3", "joy_dev": "0", "joy_vel": "cmd_vel", "config_filepath": ""}
-    return LaunchDescription(
-        [
-            *(DeclareLaunchArgument(name, default_value=text) for name, text in usual.items()),
-            DeclareLaunchArgument("publish_stamped_twist", default_value="false"),
-            OpaqueFunction(function=_joystick),
-        ]
-    )
+    usual["publish_stamped_twist"] = "false"
+    return launch_file(usual, OpaqueFunction(function=_joystick))
 
 
 def _joystick(context: Any) -> list[Node]:
@@ -374,16 +297,12 @@ def _joystick(context: Any) -> list[Node]:
     device = {"device_id": int(number)} if number.isdigit() else {}
     file = given["config_filepath"]
     stamped = {"publish_stamped_twist": LaunchConfiguration("publish_stamped_twist")}
+    joy = {**device, "deadzone": 0.3, "autorepeat_rate": 20.0}  # as that launch file sets them
     return [
-        Node(
-            package="joy",
-            executable="joy_node",
-            name="joy_node",
-            parameters=[{**device, "deadzone": _DEADZONE, "autorepeat_rate": _RATE}],
-        ),
-        Node(
-            package="teleop_twist_joy",
-            executable="teleop_node",
+        _node("joy", "joy_node", name="joy_node", parameters=[joy]),
+        _node(
+            "teleop_twist_joy",
+            "teleop_node",
             name="teleop_twist_joy_node",
             parameters=[*([file] if file else []), stamped],
             remappings=[("/cmd_vel", given["joy_vel"])],

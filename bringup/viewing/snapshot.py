@@ -13,11 +13,10 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage
 from arjuna_core.errors import InputFileError
 from arjuna_core.grid import OccupancyGrid
-from arjuna_core.readings import se2_from_pose
+from arjuna_core.readings import grid_from_msg, scan_from_msg, se2_from_pose
 from arjuna_core.se2 import SE2
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN
-from bringup.viewing.drawing.values import Grid, Line, Points
+from bringup.viewing.drawing.messages import frame_of
 
 _BASES = ("base_footprint", "base_link")
 
@@ -82,10 +81,10 @@ class _Reader:
         self._frames = Frames("map")
         self.takers = {
             "tf2_msgs/msg/TFMessage": self._transforms,
-            "sensor_msgs/msg/LaserScan": self._drawn,
-            "nav_msgs/msg/OccupancyGrid": self._drawn,
+            "sensor_msgs/msg/LaserScan": self._scan,
+            "nav_msgs/msg/OccupancyGrid": self._map,
             "nav_msgs/msg/Odometry": self._odometry,
-            "nav_msgs/msg/Path": self._drawn,
+            "nav_msgs/msg/Path": self._path,
             "geometry_msgs/msg/PoseStamped": self._goal,
         }
 
@@ -99,23 +98,23 @@ class _Reader:
     def _transforms(self, topic: str, message: Any) -> None:
         self._frames.take(message, topic.endswith("tf_static"), self.found.time)
 
-    def _drawn(self, topic: str, message: Any) -> None:
-        drawing = DRAWN[message.__msgtype__](topic, message)
-        if isinstance(drawing, Points):
-            self._scan(drawing)
-        elif isinstance(drawing, Line):
-            self.found.plan = drawing.points[:, :2].astype(np.float64)
-        elif isinstance(drawing, Grid) and drawing.opacity is None:
-            self.found.grid = drawing.grid
+    def _map(self, topic: str, message: Any) -> None:
+        if "costmap" not in topic:
+            self.found.grid = grid_from_msg(message)
 
-    def _scan(self, scan: Points) -> None:
-        base = next((name for name in _BASES if self._frames.pose(name)), scan.frame)
-        robot, sensor = self._frames.pose(base), self._frames.pose(scan.frame)
+    def _path(self, topic: str, message: Any) -> None:
+        at = [each.pose.position for each in message.poses]
+        self.found.plan = np.array([(p.x, p.y) for p in at]).reshape(-1, 2)
+
+    def _scan(self, topic: str, message: Any) -> None:
+        frame, points = frame_of(message), scan_from_msg(message).points()
+        base = next((name for name in _BASES if self._frames.pose(name)), frame)
+        robot, sensor = self._frames.pose(base), self._frames.pose(frame)
         if robot is None or sensor is None:
             return
         self.found.robot = robot.planar()
         _extend(self.found.believed, robot.position[0], robot.position[1])
-        self.found.scan = sensor.apply(scan.points.astype(np.float64))[:, :2]
+        self.found.scan = sensor.apply(np.column_stack([points, np.zeros(len(points))]))[:, :2]
 
     def _odometry(self, topic: str, message: Any) -> None:
         if topic.endswith("ground_truth/odom"):

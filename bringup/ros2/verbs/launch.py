@@ -217,30 +217,24 @@ def show(arguments: Iterable[Any]) -> int:
 
 def _composed(parts: Mapping[tuple[str, str], str]) -> LaunchDescription:
     """Return a launch file that includes others, with the arguments of all."""
-    from launch import LaunchDescription, LaunchDescriptionSource
-    from launch.actions import DeclareLaunchArgument, IncludeLaunchDescription
+    from launch import LaunchDescriptionSource
+    from launch.actions import IncludeLaunchDescription
     from launch.conditions import IfCondition
     from launch.substitutions import LaunchConfiguration
 
-    usual = dict.fromkeys(parts.values(), "true")
+    from bringup.ros2.described import launch_file
+
+    usual = dict.fromkeys(filter(None, parts.values()), "true")
     if any("map" in LAUNCHES[part].options for part in parts):
         usual["map"] = str(shipped_file("maps/pillar_arena.yaml"))
-    return LaunchDescription(
-        [
-            *(
-                DeclareLaunchArgument(name, default_value=value)
-                for name, value in usual.items()
-                if name
-            ),
-            *(
-                IncludeLaunchDescription(
-                    LaunchDescriptionSource(description(*part)),
-                    condition=IfCondition(LaunchConfiguration(flag)) if flag else None,
-                )
-                for part, flag in parts.items()
-            ),
-        ]
+    included = (
+        IncludeLaunchDescription(
+            LaunchDescriptionSource(description(*part)),
+            condition=IfCondition(LaunchConfiguration(flag)) if flag else None,
+        )
+        for part, flag in parts.items()
     )
+    return launch_file(usual, *included)
 
 
 def description(package: str, file: str) -> LaunchDescription:

@@ -15,26 +15,16 @@ _NONE = "–"
 class DisplayList:
     """A box for each display, and one display's settings.
 
-    Each use queues a call of what its attributes hold.
-
-    Attributes:
-        show: Takes a display's key and whether it is shown.
-        change: Takes a key, a field of its settings and the value.
-        rename: Takes a key and another topic.
-        remove: Takes a key.
-        add: Takes a kind and a topic, empty for its own.
-        choose: Takes the key whose settings are to be shown.
-        save: Takes the browser that asked.
-        load: Takes a file's content.
+    Each use queues a call of what its attributes hold; displays are named by their keys.
     """
 
     show: Callable[[str, bool], None]
     change: Callable[[str, str, Any], None]
     rename: Callable[[str, str], None]
     remove: Callable[[str], None]
-    add: Callable[[str, str], None]
+    add: Callable[[str, str], None]  # a kind and a topic, empty for its own
     choose: Callable[[str], None]
-    save: Callable[[Any], None]
+    save: Callable[[Any], None]  # the browser that asked
     load: Callable[[bytes], None]
 
     def __init__(self, gui: Any, call: Callable[..., Any]) -> None:

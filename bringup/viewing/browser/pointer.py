@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import io
 import math
 from collections.abc import Callable
 from typing import Any
@@ -34,9 +33,8 @@ class Pointer:
         below: float = -0.02,
     ) -> None:
         self._pointed = pointed
-        png = io.BytesIO()
-        Image.new("RGB", (1, 1), (225, 228, 230)).save(png, "png")
-        glb = rectangle_glb(png.getvalue(), 2.0 * half, 2.0 * half)
+        picture = Image.new("RGB", (1, 1), (225, 228, 230))
+        glb = rectangle_glb(picture, 2.0 * half, 2.0 * half)
         self._ground = server.scene.add_glb("/ground", glb, position=(-half, -half, below))
         self._held = False
 

@@ -26,7 +26,7 @@ from bringup.viewing.browser.scene import Scene, path_part
 from bringup.viewing.displays.base import Display, DisplaySpec, Moment
 from bringup.viewing.displays.robot import RobotModel
 from bringup.viewing.displays.standard import STANDARD
-from bringup.viewing.drawing.messages import goal_arrow
+from bringup.viewing.drawing.messages import arrows
 from bringup.viewing.drawing.values import Drawing, Grid, Label, Line, Parts, Picture, Values, Words
 from bringup.viewing.robot.managed import nodes_text
 from bringup.viewing.robot.robot_side import RobotSide
@@ -215,11 +215,7 @@ class Viewer:
 
     def _listen(self) -> None:
         """Subscribe to what is shown, as long as somebody looks; to the frames always."""
-        shown = {
-            key: (each.display, each.spec.anywhere)
-            for key, each in self._shown.items()
-            if each.spec.shown
-        }
+        shown = {key: each.display for key, each in self._shown.items() if each.spec.shown}
         self._robot.listen(shown if self._viewers else None)
 
     def add(self, spec: DisplaySpec) -> str:
@@ -344,11 +340,11 @@ class Viewer:
             state = self._robot.navigation.state
             near = self._obstacle(pose)
             note = f"⚠ {state.error or near}" if state.error or near else f"goal {at} is sent"
-            marks["goal"] = goal_arrow(pose, frame)
+            marks["goal"] = arrows(frame, pose.array()[None], (220, 40, 180), 0.5, 0.06, 0.06)
         elif self._tool is Tool.POSE:
             self._robot.estimate(pose)
             note = f"pose {at} is sent"
-            marks["pose"] = replace(goal_arrow(pose, frame), colour=(150, 60, 200))
+            marks["pose"] = arrows(frame, pose.array()[None], (150, 60, 200), 0.5, 0.06, 0.06)
         elif self._tool is Tool.POINT:
             self._robot.publish_point(pose)
             note = f"point {at} is published"

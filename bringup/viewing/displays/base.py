@@ -14,7 +14,6 @@ from arjuna_core.errors import ConfigError
 from arjuna_core.param import info_of
 from arjuna_core.plugins import PluginTypes
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN
 from bringup.viewing.drawing.values import Colour, Colours, Parts
 
 _HERE = "bringup.viewing.displays"
@@ -49,7 +48,7 @@ class DisplaySpec:
         kind: Its class, a name of `DISPLAYS` or `module:Class`.
         topic: Empty for the class's own.
         settings: Of its `Config`, by field; what is not given has its default.
-        anywhere: Whether another topic of its types will do while this one is silent.
+        anywhere: As the display's.
         rviz: What a file of RViz said of it, to be saved again.
     """
 
@@ -70,7 +69,9 @@ class DisplaySpec:
         cls: type[Display] = DISPLAYS.resolve(self.kind)
         if not (isinstance(cls, type) and issubclass(cls, Display)):
             raise ConfigError(f"'{self.kind}' is no display; valid: a class of Display")
-        return cls(cls.Config(**self.settings), self.topic or cls.topic)
+        display = cls(cls.Config(**self.settings), self.topic or cls.topic)
+        display.anywhere = self.anywhere
+        return display
 
 
 @dataclass
@@ -112,6 +113,7 @@ class Display:
         latched: Whether they are published once, for whoever comes later.
         raw: Whether it takes them serialized.
         property: Where RViz writes its topic.
+        anywhere: Whether another topic of its types will do while its own is silent.
     """
 
     types: ClassVar[tuple[str, ...]] = ()
@@ -119,6 +121,7 @@ class Display:
     latched: ClassVar[bool] = False
     raw: ClassVar[bool] = False
     property: ClassVar[str] = "Topic"
+    anywhere: bool = False
     Config: ClassVar[type[Any]] = NoSettings
 
     def __init__(self, config: Any, topic: str) -> None:
@@ -130,12 +133,12 @@ class Display:
         return (Wanted(self.name, self.types),) if self.types else ()
 
     def take(self, message: Any) -> Parts | None:
-        """Return what to draw in place of what was, or None to leave it; the usual drawing here.
+        """Return what to draw in place of what was, or None to leave it.
 
         Raises:
             ValueError: The message makes no sense.
         """
-        return self.usual(message)
+        return None
 
     def tick(self, moment: Moment) -> Parts | None:
         """Return what to draw in place of what was, or None to leave it; called ten times a second.
@@ -143,12 +146,6 @@ class Display:
         It is where a display that takes no messages draws, and where lifetimes end.
         """
         return None
-
-    def usual(self, message: Any, **style: Any) -> Parts:
-        """Return the usual drawing of a message of its type in its colour, with other sizes."""
-        if hasattr(self.config, "color"):
-            style = {"colour": self.config.color, **style}
-        return {"": dataclasses.replace(DRAWN[self.types[0]](self.name, message), **style)}
 
 
 @cache

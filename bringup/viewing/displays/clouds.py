@@ -156,11 +156,16 @@ class LaserScan(Display):
         on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
 
     def take(self, message: Any) -> Parts:
-        config = self.config
-        colour = config.color
+        config, scan = self.config, scan_from_msg(message)
+        colour, valid = config.color, scan.valid
+        angles, ranges = scan.angles[valid], scan.ranges[valid]
         if config.color_transformer == "Intensity":
             given = np.asarray(message.intensities, dtype=np.float32)
-            valid = scan_from_msg(message).valid
-            colour = rainbow(given[valid] if len(given) == len(valid) else np.zeros(valid.sum()))
-        style = {"size": config.size_m, "floor": config.on_floor}
-        return self.usual(message, colour=colour, **style)
+            colour = rainbow(given[valid] if len(given) == len(valid) else np.zeros(len(ranges)))
+        points = np.stack([ranges * np.cos(angles), ranges * np.sin(angles), 0.0 * ranges], axis=1)
+        return {
+            "": Points(
+                frame=frame_of(message), stamp=scan.stamp, points=points.astype(np.float32),
+                colour=colour, size=config.size_m, floor=config.on_floor,
+            )
+        }  # fmt: skip

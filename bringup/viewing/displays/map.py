@@ -8,8 +8,9 @@ from typing import Any
 from arjuna_core.grid import replace_cells
 from arjuna_core.param import param, share_param
 from arjuna_core.pose3 import Pose3
+from arjuna_core.readings import grid_from_msg
 from bringup.viewing.displays.base import Display, Wanted
-from bringup.viewing.drawing.messages import DRAWN, frame_of
+from bringup.viewing.drawing.messages import frame_of
 from bringup.viewing.drawing.solids import solids
 from bringup.viewing.drawing.values import Colour, Grid, Parts
 
@@ -34,9 +35,7 @@ class Map(Display):
 
     def take(self, message: Any) -> Parts | None:
         if hasattr(message, "info"):
-            drawn = DRAWN[self.types[0]]("", message)
-            assert isinstance(drawn, Grid)
-            self._grid = drawn
+            self._grid = Grid(frame=frame_of(message), grid=grid_from_msg(message))
         elif self._grid is not None:
             data = self._grid.grid.data.copy()
             size = message.width, message.height
@@ -45,8 +44,7 @@ class Map(Display):
         else:
             return None
         opacity = self.config.alpha if self.config.color_scheme == "costmap" else None
-        x, y, _ = self._grid.pose.position
-        pose = Pose3((x, y, self.config.height), self._grid.pose.quaternion)
+        pose = Pose3.from_se2(self._grid.grid.frame.origin, self.config.height)
         return {"": replace(self._grid, opacity=opacity, pose=pose)}
 
 

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from collections import deque
-from dataclasses import dataclass, replace
-from types import SimpleNamespace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,8 +11,14 @@ import numpy as np
 from arjuna_core.param import angle_param, length_param, param
 from arjuna_core.readings import se2_from_pose
 from bringup.viewing.displays.base import PIXELS, Display
-from bringup.viewing.drawing.messages import DRAWN, arrow_segments, frame_of
-from bringup.viewing.drawing.values import Arrows, Colour, Line, Parts
+from bringup.viewing.drawing.messages import (
+    arrows,
+    belief,
+    flat_points,
+    frame_of,
+    particles_from_cdr,
+)
+from bringup.viewing.drawing.values import Colour, Line, Parts
 
 
 class Path(Display):
@@ -28,7 +33,11 @@ class Path(Display):
         line_width: float = length_param(0.04, "Width.", minimum=0.001, maximum=1.0)
 
     def take(self, message: Any) -> Parts:
-        return self.usual(message, width=max(PIXELS * self.config.line_width, 1.5))
+        at = [each.pose.position for each in message.poses]
+        points = flat_points(((p.x, p.y) for p in at), 0.05 if "local" in self.name else 0.03)
+        style: dict[str, Any] = {"colour": self.config.color}
+        style["width"] = max(PIXELS * self.config.line_width, 1.5)
+        return {"": Line(frame=frame_of(message), points=points, **style)}
 
 
 class Polygon(Display):
@@ -41,8 +50,11 @@ class Polygon(Display):
     class Config:
         color: Colour = param((90, 90, 90), "Colour.")
 
-
-_WITH_COVARIANCE = "geometry_msgs/msg/PoseWithCovarianceStamped"
+    def take(self, message: Any) -> Parts:
+        points = flat_points(((p.x, p.y) for p in message.polygon.points), 0.05)
+        closed = np.concatenate([points, points[:1]])
+        colour = self.config.color
+        return {"": Line(frame=frame_of(message), points=closed, colour=colour, width=2.0)}
 
 
 class Pose(Display):
@@ -57,9 +69,8 @@ class Pose(Display):
         shaft_length: float = length_param(0.5, "Length.", minimum=0.01, maximum=10.0)
 
     def take(self, message: Any) -> Parts:
-        row = se2_from_pose(message.pose).array()[None]
-        segments = arrow_segments(row, self.config.shaft_length, 0.06)
-        return {"": Arrows(frame=frame_of(message), segments=segments, colour=self.config.color)}
+        row, config = se2_from_pose(message.pose).array()[None], self.config
+        return {"": arrows(frame_of(message), row, config.color, config.shaft_length, 0.06, 0.06)}
 
 
 class PoseArray(Display):
@@ -75,10 +86,8 @@ class PoseArray(Display):
 
     def take(self, message: Any) -> Parts:
         rows = np.array([se2_from_pose(each).array() for each in message.poses]).reshape(-1, 3)
-        length = self.config.arrow_length
-        segments = arrow_segments(rows, length, 0.03)
-        style: dict[str, Any] = {"colour": self.config.color, "width": length / 8.0}
-        return {"": Arrows(frame=frame_of(message), segments=segments, **style)}
+        color, length = self.config.color, self.config.arrow_length
+        return {"": arrows(frame_of(message), rows, color, length, 0.03, length / 8.0)}
 
 
 class ParticleCloud(Display):
@@ -91,13 +100,20 @@ class ParticleCloud(Display):
     class Config:
         color: Colour = param((70, 170, 60), "Colour.")
 
+    def take(self, message: Any) -> Parts:
+        frame, rows = particles_from_cdr(message)
+        return {"": arrows(frame.lstrip("/"), rows, self.config.color, 0.12, 0.03, 0.015)}
+
 
 class PoseWithCovariance(Display):
     """A pose with the ellipse of two sigmas around it."""
 
-    types = (_WITH_COVARIANCE,)
+    types = ("geometry_msgs/msg/PoseWithCovarianceStamped",)
     topic, latched = "amcl_pose", True
     Config = PoseArray.Config
+
+    def take(self, message: Any) -> Parts:
+        return {"": belief(frame_of(message), message.pose, self.config.color)}
 
 
 class Odometry(Display):
@@ -128,13 +144,7 @@ class Odometry(Display):
         ):
             self._kept.append(pose)
         rows = np.array([each.array() for each in (*self._kept, pose)])
-        segments = arrow_segments(rows, 0.3, 0.04)
-        parts: dict[str, Any] = {
-            "": Arrows(frame=frame, segments=segments, colour=config.color, width=0.03)
-        }
+        parts: dict[str, Any] = {"": arrows(frame, rows, config.color, 0.3, 0.04, 0.03)}
         if config.covariance:
-            stamped = SimpleNamespace(header=message.header, pose=message.pose)
-            ellipse = DRAWN[_WITH_COVARIANCE](self.name, stamped)
-            assert isinstance(ellipse, Line)
-            parts["covariance"] = replace(ellipse, colour=config.color)
+            parts["covariance"] = belief(frame, message.pose, config.color)
         return parts

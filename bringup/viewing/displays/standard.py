@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from bringup.viewing.displays.base import DisplaySpec as Spec
 
 _PLAN, _LOCAL_PLAN = (20, 160, 60), (30, 110, 240)
@@ -35,3 +37,10 @@ STANDARD = (
     Spec("DistanceToGoal", "Plot of distance to the goal", shown=False),
     Spec("BehaviorTree", "Behavior tree", shown=False),
 )
+
+
+def usual(kind: str, topic: str) -> Spec:
+    """Return a display of a topic: with the settings of the one above whose topic it ends like."""
+    alike = [one for one in STANDARD if one.kind == kind and topic.endswith(one.topic or topic)]
+    spec = max(alike, key=lambda one: len(one.topic), default=Spec(kind, kind))
+    return replace(spec, topic=topic)

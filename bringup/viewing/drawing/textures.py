@@ -1,24 +1,19 @@
-"""Grids as textured rectangles: cells to a PNG by a palette, the PNG into a binary glTF."""
+"""Grids as textured rectangles: cells to a picture by a palette, the picture into glTF."""
 
 from __future__ import annotations
 
-import io
-import json
-import struct
+from typing import Any
 
 import numpy as np
+import trimesh
 from numpy.typing import NDArray
 from PIL import Image
+from trimesh.exchange.gltf import export_glb
 
 from arjuna_core.grid import OccupancyGrid
 
 MAX_TEXTURE = 4096
 """The edge of a texture that every browser's WebGL takes [pixels]; larger grids are thinned."""
-
-# glTF 2.0, sections 4.4 and 5, after OpenGL
-_GLB, _JSON, _BIN = 0x46546C67, 0x4E4F534A, 0x004E4942
-_NEAREST, _CLAMP = 9728, 33071
-_FLOAT, _SHORT, _TRIANGLES = 5126, 5123, 4
 
 
 def map_glb(grid: OccupancyGrid, width: float, height: float) -> bytes:
@@ -30,9 +25,7 @@ def map_glb(grid: OccupancyGrid, width: float, height: float) -> bytes:
     palette[:101] = np.linspace(250, 0, 101)[:, None]
     image = Image.fromarray(np.ascontiguousarray(thinned(grid.data)[::-1]).view(np.uint8))
     image.putpalette(palette.tobytes())
-    out = io.BytesIO()
-    image.save(out, "png", compress_level=3)
-    return rectangle_glb(out.getvalue(), width, height)
+    return rectangle_glb(image, width, height)
 
 
 def cost_pixels(grid: OccupancyGrid, opacity: float) -> NDArray[np.uint8]:
@@ -66,7 +59,7 @@ def thinned(data: NDArray[np.int8]) -> NDArray[np.int8]:
     return np.maximum.reduceat(high, columns, axis=1)
 
 
-def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
+def rectangle_glb(picture: Image.Image, width: float, height: float) -> bytes:
     """Return a rectangle in the ground plane that shows a picture, as binary glTF 2.0.
 
     Unlike viser's own image it is opaque, so that it is drawn before all that is see-through,
@@ -77,56 +70,21 @@ def rectangle_glb(png: bytes, width: float, height: float) -> bytes:
         height: Along y, from the origin [m].
     """
     corners = np.array([[0, 0, 0], [width, 0, 0], [width, height, 0], [0, height, 0]], np.float32)
-    texture = np.array([[0, 1], [1, 1], [1, 0], [0, 0]], np.float32)
-    faces = np.array([0, 1, 2, 0, 2, 3], np.uint16)
-    parts = [corners.tobytes(), texture.tobytes(), faces.tobytes(), png]
-    views, start = [], 0
-    for part in parts:
-        views.append({"buffer": 0, "byteOffset": start, "byteLength": len(part)})
-        start += len(part)
-    binary = b"".join(parts)
-    binary += b"\0" * (-len(binary) % 4)
-    head = _document(views, len(binary), [float(width), float(height), 0.0])
-    text = json.dumps(head, separators=(",", ":")).encode()
-    text += b" " * (-len(text) % 4)
-    chunks = struct.pack("<II", len(text), _JSON) + text
-    chunks += struct.pack("<II", len(binary), _BIN) + binary
-    return struct.pack("<III", _GLB, 2, 12 + len(chunks)) + chunks
+    visuals = trimesh.visual
+    material = visuals.material.PBRMaterial(
+        baseColorTexture=picture, metallicFactor=0.0, alphaMode="OPAQUE", doubleSided=True
+    )
+    visual = visuals.TextureVisuals(corners[:, :2] / (width, height), material)
+    mesh = trimesh.Trimesh(corners, [[0, 1, 2], [0, 2, 3]], visual=visual, process=False)
+    return bytes(export_glb(trimesh.Scene([mesh]), tree_postprocessor=_sharpen))
 
 
-def _document(views: list[dict[str, int]], length: int, far: list[float]) -> dict[str, object]:
-    """Return the JSON of a rectangle's glTF, whose far corner is at `far` [m]."""
-    material = {
-        "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}, "metallicFactor": 0.0},
-        "extensions": {"KHR_materials_unlit": {}},
-        "alphaMode": "OPAQUE",
-        "doubleSided": True,
-    }
-    vertices = {"componentType": _FLOAT, "count": 4}
-    primitive = {
-        "attributes": {"POSITION": 0, "TEXCOORD_0": 1},
-        "indices": 2,
-        "material": 0,
-        "mode": _TRIANGLES,
-    }
-    return {
-        "asset": {"version": "2.0"},
-        "extensionsUsed": ["KHR_materials_unlit"],
-        "scene": 0,
-        "scenes": [{"nodes": [0]}],
-        "nodes": [{"mesh": 0}],
-        "meshes": [{"primitives": [primitive]}],
-        "materials": [material],
-        "textures": [{"source": 0, "sampler": 0}],
-        "samplers": [
-            {"magFilter": _NEAREST, "minFilter": _NEAREST, "wrapS": _CLAMP, "wrapT": _CLAMP}
-        ],
-        "images": [{"bufferView": 3, "mimeType": "image/png"}],
-        "accessors": [
-            {**vertices, "bufferView": 0, "type": "VEC3", "min": [0.0, 0.0, 0.0], "max": far},
-            {**vertices, "bufferView": 1, "type": "VEC2"},
-            {"bufferView": 2, "componentType": _SHORT, "count": 6, "type": "SCALAR"},
-        ],
-        "bufferViews": views,
-        "buffers": [{"byteLength": length}],
-    }
+def _sharpen(tree: dict[str, Any]) -> None:
+    """Add what trimesh does not write: no light, no blending of cells (glTF 2.0, section 5.26)."""
+    tree["extensionsUsed"] = ["KHR_materials_unlit"]
+    tree["materials"][0]["extensions"] = {"KHR_materials_unlit": {}}
+    nearest, clamp = 9728, 33071
+    tree["samplers"] = [
+        {"magFilter": nearest, "minFilter": nearest, "wrapS": clamp, "wrapT": clamp}
+    ]
+    tree["textures"][0]["sampler"] = 0

@@ -9,8 +9,9 @@ import rerun.blueprint as rrb
 
 from arjuna_core.bags.decoder import DecodeError, Decoder
 from arjuna_core.bags.topic import TopicInfo
+from bringup.viewing.displays.base import DISPLAYS
+from bringup.viewing.displays.standard import usual
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import DRAWN, SERIALIZED
 from bringup.viewing.drawing.visual_model import FindMesh
 from bringup.viewing.rerun import shapes
 from bringup.viewing.rerun.stream import Stream
@@ -25,8 +26,12 @@ HANDLERS: dict[str, Callable[[Stream, str, Any], None]] = {
     "nav2_msgs/action/NavigateToPose_FeedbackMessage": shapes.feedback,
     "action_msgs/msg/GoalStatusArray": shapes.goal_status,
     "rcl_interfaces/msg/Log": shapes.log,
+    "visualization_msgs/msg/MarkerArray": shapes.markers,
 }
-"""Shows the messages of a type that are not drawn in space."""
+"""Shows the messages of a type otherwise than the browser's displays do."""
+_KINDS = "Map LaserScan Path Polygon Pose PoseArray ParticleCloud PoseWithCovariance"
+_DRAWN = {DISPLAYS.resolve(kind).types[0]: kind for kind in _KINDS.split()}
+"""The displays of the other types that are shown."""
 _PERIODS = {
     "sensor_msgs/msg/LaserScan": 0.09,
     "nav_msgs/msg/OccupancyGrid": 0.4,
@@ -67,7 +72,7 @@ class Scene:
 
     def shows(self, type_name: str) -> bool:
         """Return whether messages of a type are shown."""
-        return type_name in DRAWN or type_name in HANDLERS or type_name in (_TF, _STRING)
+        return type_name in _DRAWN or type_name in HANDLERS or type_name in (_TF, _STRING)
 
     def take(self, topic: TopicInfo, time: int, data: bytes) -> None:
         """Show a message that was received at a time [ns]."""
@@ -75,8 +80,7 @@ class Scene:
         if not self.shows(topic.type_name) or not self._due(topic):
             return
         try:
-            raw = topic.type_name in SERIALIZED
-            self._show(topic, data if raw else self._decoder.decode(topic, data))
+            self._show(topic, data)
             self.topics.add(topic.name)
         except (DecodeError, ValueError) as error:
             self._note(f"{topic.name}: {error}")
@@ -85,9 +89,15 @@ class Scene:
         if text not in self.notes:
             self.notes.append(text)
 
-    def _show(self, topic: TopicInfo, message: Any) -> None:
+    def _show(self, topic: TopicInfo, data: bytes) -> None:
         kind, name, stream = topic.type_name, topic.name, self._stream
-        if kind == _TF:
+        display = usual(_DRAWN[kind], name).make() if kind in _DRAWN else None
+        raw = display is not None and display.raw
+        message: Any = data if raw else self._decoder.decode(topic, data)
+        if display is not None:
+            for drawing in (display.take(message) or {}).values():
+                shapes.draw(stream, name, drawing)
+        elif kind == _TF:
             if shapes.transforms(stream, self._frames, message, name.endswith("tf_static")):
                 self._orient()
         elif kind == _STRING and name.endswith("robot_description"):
@@ -95,8 +105,6 @@ class Scene:
                 self._note(note)
         elif kind == _STRING:
             shapes.text(stream, name, message)
-        elif kind in DRAWN:
-            shapes.draw(stream, name, DRAWN[kind](name, message))
         else:
             HANDLERS[kind](stream, name, message)
             if name.endswith("ground_truth/odom"):

@@ -12,7 +12,7 @@ from PIL import Image
 
 from arjuna_core.pixels import pixels
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.messages import frame_of, pose3
+from bringup.viewing.drawing.messages import flat_points, frame_of, pose3
 from bringup.viewing.drawing.values import Arrows, Drawing, Grid, Line, Points
 from bringup.viewing.drawing.visual_model import FindMesh, VisualError, read
 from bringup.viewing.rerun.stream import Stream
@@ -77,6 +77,15 @@ def text(stream: Stream, topic: str, message: Any) -> None:
     """Show a text, such as the explorer's status."""
     if len(message.data) < 1000:  # no description of a robot under another name
         stream.log(f"logs{topic}", rr.TextLog(message.data, level="INFO"))
+
+
+def markers(stream: Stream, topic: str, message: Any) -> None:
+    """Draw the points of all markers: of trajectories, of SLAM's graph."""
+    if not message.markers:
+        raise ValueError("it has no marker")
+    points = flat_points(((p.x, p.y) for each in message.markers for p in each.points), 0.04)
+    frame = frame_of(message.markers[0])
+    draw(stream, topic, Points(frame=frame, points=points, colour=(30, 110, 240), size=0.03))
 
 
 def transforms(stream: Stream, frames: Frames, message: Any, static: bool) -> bool:

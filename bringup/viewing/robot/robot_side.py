@@ -67,16 +67,12 @@ class RobotSide:
         )
         self._point_out = self.node.create_publisher(PointStamped, "clicked_point", qos.DEFAULT)
         self._goal_out = self.node.create_publisher(PoseStamped, "goal_pose", qos.DEFAULT)
-        self._displays: Mapping[str, tuple[Display, bool]] = {}
+        self._displays: Mapping[str, Display] = {}
         self._transforms: list[Any] = []
         self._questions_due = self._topics_due = 0.0
 
-    def listen(self, displays: Mapping[str, tuple[Display, bool]] | None) -> None:
-        """Subscribe to the topics of displays and to the transforms; for None to nothing at all.
-
-        Args:
-            displays: By their keys, each with whether another topic of its types will do.
-        """
+    def listen(self, displays: Mapping[str, Display] | None) -> None:
+        """Subscribe to the topics of displays, by their keys, and to transforms; None: to none."""
         self._displays = displays or {}
         self._feed.listen(self._displays)
         self.navigation.listen(displays is not None)
@@ -115,7 +111,7 @@ class RobotSide:
         if now >= self._questions_due:
             self._questions_due = now + 0.25
             self.managed.ask_next()
-            if any(isinstance(display, People) for display, _ in self._displays.values()):
+            if any(isinstance(display, People) for display in self._displays.values()):
                 self.entities.ask()
         if now >= self._topics_due:
             self._topics_due = now + 2.0

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
@@ -21,8 +21,7 @@ _MOST = 200
 """The most messages that wait for a display that may miss none."""
 
 
-@dataclass(frozen=True)
-class _Source:
+class _Source(NamedTuple):
     """Origin of messages: the parts of a subscription."""
 
     topic: str
@@ -39,20 +38,16 @@ class Feed:
         self._arrived: dict[tuple[str, int], deque[Any]] = {}
         self._asked: set[str] = set()
 
-    def listen(self, displays: Mapping[str, tuple[Display, bool]]) -> None:
-        """Subscribe to the topics of displays by their keys, and to no others.
-
-        Args:
-            displays: Each with whether another topic of its types will do.
-        """
+    def listen(self, displays: Mapping[str, Display]) -> None:
+        """Subscribe to the topics of displays by their keys, and to no others."""
         types = dict(self._node.get_topic_names_and_types())
         wanted: dict[tuple[str, int], tuple[_Source, int]] = {}
-        for key, (display, anywhere) in displays.items():
+        for key, display in displays.items():
             for number, each in enumerate(display.wanted()):
                 if "/srv/" in each.types[0]:
                     self._ask(key, number, each)
                     continue
-                source = self._source(each, display, types, anywhere)
+                source = self._source(each, display, types)
                 wanted[key, number] = source, _MOST if each.every else 1
         for place, (source, subscription) in list(self._open.items()):
             if place not in wanted or wanted[place][0] != source:
@@ -83,15 +78,13 @@ class Feed:
         )
         self._open[place] = source, subscription
 
-    def _source(
-        self, wanted: Wanted, display: Display, types: Mapping[str, list[str]], anywhere: bool
-    ) -> _Source:
+    def _source(self, wanted: Wanted, display: Display, types: Mapping[str, list[str]]) -> _Source:
         """Return a topic's name, type and the QoS that its publishers offer.
 
         Where nobody publishes it, it is perhaps another topic of its types.
         """
         topic = wanted.topic
-        if anywhere and not self._node.count_publishers(topic):
+        if display.anywhere and not self._node.count_publishers(topic):
             for other, kinds in types.items():
                 if set(wanted.types) & set(kinds) and self._node.count_publishers(other):
                     topic = other
@@ -112,11 +105,11 @@ class Feed:
         if self._services.ask(kind, wanted.topic, kind.Request(), arrived.append):
             self._asked.add(key)
 
-    def take(self, displays: Mapping[str, tuple[Display, bool]]) -> Iterator[tuple[str, Any]]:
+    def take(self, displays: Mapping[str, Display]) -> Iterator[tuple[str, Any]]:
         """Yield the messages since the last call with their displays' keys."""
         for (key, number), arrived in self._arrived.items():
             while arrived and key in displays:
                 data = arrived.popleft()
-                if isinstance(data, bytes) and not displays[key][0].raw:
+                if isinstance(data, bytes) and not displays[key].raw:
                     data = deserialize_message(data, class_of(self._open[key, number][0].type_name))
                 yield key, data

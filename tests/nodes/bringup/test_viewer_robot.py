@@ -49,7 +49,7 @@ class Bench:
 
     def listen(self, *specs: DisplaySpec) -> None:
         """Listen to displays, each by its name."""
-        self.viewer.listen({spec.name: (spec.make(), spec.anywhere) for spec in specs})
+        self.viewer.listen({spec.name: spec.make() for spec in specs})
 
     def until(self, done: Callable[[], Any]) -> None:
         wait_until(done, self._step, "the viewer")

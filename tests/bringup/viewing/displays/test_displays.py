@@ -13,7 +13,7 @@ from PIL import Image as Pillow
 
 from arjuna_core.pose3 import Pose3
 from bringup.viewing.displays.base import DISPLAYS, DisplaySpec, Moment, kinds_of, rainbow
-from bringup.viewing.displays.standard import STANDARD
+from bringup.viewing.displays.standard import STANDARD, usual
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.values import (
     Arrows,
@@ -158,6 +158,7 @@ TRAIL = [odometry(x, 0.5) for x in (0.0, 0.05, 0.2, 0.4)]
         ("LaserScan", [scan(0.0)], {"on_floor": False, "size_m": 0.1}, Points, {"size": 0.1}),
         ("Map", [grid()], {}, Grid, {"opacity": None, "frame": "map"}),
         ("Map", [grid()], {"color_scheme": "costmap", "alpha": 0.4}, Grid, {"opacity": 0.4}),
+        ("Map", [grid()], {"height": 0.5}, Grid, {"pose": Pose3((-1.05, -1.0, 0.5))}),
         ("Image", [image(7)], {}, Picture, {}),
         ("Speed", [odometry(0.0, 0.5)], {}, Values, {}),
     ],
@@ -184,7 +185,11 @@ def test_every_display_has_its_types_and_every_standard_one_is_made() -> None:
 
 def test_a_polygon_is_closed_and_a_path_goes_from_pose_to_pose() -> None:
     assert taken("Polygon", POLYGON)[""].points[[0, -1], :2].tolist() == [[0, 0], [0, 0]]
-    assert taken("Path", path_of(0.0, 1.0, 3.0))[""].points[:, 0].tolist() == [0, 1, 3]
+    line = taken("Path", path_of(0.0, 1.0, 3.0))[""]
+    assert line.points[:, 0].tolist() == [0, 1, 3]
+    assert line.segments[:, :, 0].tolist() == [[0, 1], [1, 3]]
+    for count in (0, 1):
+        assert taken("Path", path_of(*range(count)))[""].segments.shape == (0, 2, 3)
 
 
 def test_arrows_are_as_long_as_they_are_told_along_the_heading() -> None:
@@ -200,9 +205,41 @@ def test_particles_are_read_of_their_bytes() -> None:
     assert drawn.colour == (1, 2, 3)
 
 
-def test_an_ellipse_is_two_sigmas_wide() -> None:
-    xs = taken("PoseWithCovariance", belief(0.25))[""].points[:, 0]
-    assert (xs.min(), xs.max()) == pytest.approx((0.0, 2.0), abs=0.01)
+def test_a_belief_leads_from_the_mean_along_the_heading_to_an_ellipse_of_two_sigmas() -> None:
+    message = belief(0.25)
+    message.pose.covariance[7] = 0.01
+    message.pose.pose = pose(3.0, 0.0, math.pi / 2)
+    points = taken("PoseWithCovariance", message)[""].points
+    assert points[:2, :2] == pytest.approx(np.array([(3.0, 0.0), (3.0, 0.2)]), abs=1e-6)
+    assert points[-1] == pytest.approx(points[1], abs=1e-6)
+    assert np.abs(points[:, 0] - 3.0).max() == pytest.approx(1.0, rel=1e-2)
+
+
+def test_only_beams_that_hit_are_points() -> None:
+    message = scan(0.5)
+    message.ranges = np.array([1.0, math.inf, math.nan, 2.0, 0.01], dtype=np.float32)
+    drawing = taken("LaserScan", message)[""]
+    assert drawing.stamp == 0.0
+    assert drawing.points == pytest.approx(np.array([[1, 0, 0], [0, -2, 0]]), abs=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("kind", "topic", "settings"),
+    [
+        ("Map", "/map", {}),
+        ("Map", "/a/local_costmap/costmap", {"color_scheme": "costmap", "alpha": 0.65}),
+        ("Path", "/local_plan", {"color": (30, 110, 240)}),
+        ("Path", "/unsmoothed_plan", {"color": (20, 160, 60)}),
+        ("Pose", "/anything", {}),
+    ],
+)
+def test_a_topic_has_the_settings_of_the_usual_one_that_it_ends_like(
+    kind: str, topic: str, settings: dict[str, Any]
+) -> None:
+    spec = usual(kind, topic)
+    assert (spec.kind, spec.topic) == (kind, topic)
+    assert {name: spec.settings.get(name) for name in settings} == settings
+    assert bool(spec.settings) == bool(settings)
 
 
 def test_odometry_keeps_poses_that_are_apart_and_the_newest() -> None:
@@ -401,6 +438,7 @@ def test_the_behavior_tree_shows_what_runs_first() -> None:
         ("Wrench", wrench(vector(math.inf), vector(0.0)), "a vector is not finite"),
         ("GridCells", cells(0.0), "its cells are 0 x 0 m"),
         ("Pose", stamped("PoseStamped", pose=pose(math.nan)), "is not finite"),
+        ("Path", path_of(0.0, math.nan), "a position is not finite"),
         ("PointCloud2", cloud((1.0, 2.0), fields="xy"), "without x, y and z; its fields: x, y"),
         ("PointCloud2", cloud(*ROWS, data=np.zeros(5, np.uint8)), "of 5 bytes is too short"),
         ("ParticleCloud", b"\0\1\0\0", "too short"),

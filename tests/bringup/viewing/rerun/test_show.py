@@ -15,7 +15,7 @@ import rerun as rr
 
 from arjuna_core.errors import InputFileError
 from bringup.viewing.rerun.show import Output, OutputError, replay
-from tests.bringup.viewing.drives import Drive, drive, grid, make, scan, transform
+from tests.bringup.viewing.drives import Drive, drive, grid, header, make, scan, transform
 from tests.helpers.processes import wait_until
 
 
@@ -110,6 +110,22 @@ def test_what_is_damaged_is_noted_and_passed_over(tmp_path: Path) -> None:
     assert any("/map: 620 cells for a grid of 7 x 20" in line for line in said)
     assert any("note: /scan: sensor_msgs/msg/LaserScan: Could" in line for line in said)
     assert len(values(rows(tmp_path / "x.rrd")["/scan"], "Points3D:positions")) == 1
+
+
+def test_markers_are_the_points_of_all_of_them(tmp_path: Path) -> None:
+    def marker(*points: tuple[float, float]) -> Any:
+        at = [make("geometry_msgs/msg/Point", x=x, y=y, z=0.0) for x, y in points]
+        return make("visualization_msgs/msg/Marker", header=header("odom"), points=at)
+
+    kind, recording = "visualization_msgs/msg/MarkerArray", Drive(tmp_path / "bag")
+    markers = [marker((1.0, 2.0), (3.0, 4.0)), marker((5.0, 6.0))]
+    recording.say(0.0, "/graph", make(kind, markers=markers))
+    recording.say(1.0, "/none", make(kind, markers=[]))
+    said: list[str] = []
+    replay(recording.close(), tmp_path / "x.rrd", False, lambda uri: None, said.append)
+    (points,) = values(rows(tmp_path / "x.rrd")["/graph"], "Points3D:positions")
+    assert [point[1] for point in points] == [2, 4, 6]
+    assert "note: /none: it has no marker" in said
 
 
 def test_no_file_is_overwritten(tmp_path: Path) -> None:
