@@ -146,7 +146,6 @@ def relaxed_inscribed(data: Bytes, radius: float) -> Bytes:
 
 
 def _close(costmap: Costmap, pose: Floats, radius: int) -> None:
-    """Close the cells about a pose `(x, y, ...)` to planners."""
     row, column = costmap.frame.to_cell(float(pose[0]), float(pose[1]))
     ends = row - radius, row + radius + 1, column - radius, column + radius + 1
     window = clipped(*ends, costmap.data.shape)

@@ -162,7 +162,6 @@ def _edge(about: dict[str, Any], nodes: dict[int, Node]) -> Edge:
 
 
 def _about(about: dict[str, Any], what: str) -> tuple[dict[str, Any], tuple[GraphOperation, ...]]:
-    """Return the metadata and the operations of a node or an edge."""
     given = about.get("operations") or {}
     operations = []
     for one in given.values() if isinstance(given, dict) else given:
