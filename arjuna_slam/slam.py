@@ -179,19 +179,15 @@ class Slam(PoseTracker):
         reference, start = self._resumed
         if start.kind is StartKind.ODOMETRY:
             self._resumed = None
-            return self._follow(reference, surface, T_odom_base)
+            delta = self._T_odom_keyframe.inverse() @ T_odom_base
+            last, information = self.graph.pose(len(self.graph) - 1), self._information(delta)
+            return self._tracker.locate(reference.field, surface, last, delta, information, True)
         found = reference.find(surface, start)
         if found.status is not MatchStatus.MATCHED and start.kind is StartKind.ANYWHERE:
             self.scans.skip(Skip.LOST)
             return None
         self._resumed = None
         return found
-
-    def _follow(self, reference: ReferenceMap, surface: Surface, T_odom_base: SE2) -> Match:
-        """Return where a scan lies on a session's map, by odometry since its last keyframe."""
-        delta = self._T_odom_keyframe.inverse() @ T_odom_base
-        last, information = self.graph.pose(len(self.graph) - 1), self._information(delta)
-        return self._tracker.locate(reference.field, surface, last, delta, information, True)
 
     def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
         delta = self._odometry.motion_to(T_odom_base)

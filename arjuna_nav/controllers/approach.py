@@ -288,7 +288,6 @@ class FinalApproach:
 
 
 def _turn(pose: SE2, heading: float) -> Floats:
-    """Return the poses of a turn on the spot."""
     angle = wrap(heading - pose.theta)
     steps = np.linspace(0.0, angle, 2 + int(abs(angle) / 0.1))
     return np.column_stack((np.tile((pose.x, pose.y), (len(steps), 1)), pose.theta + steps))

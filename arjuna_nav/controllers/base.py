@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import enum
 import math
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any, Protocol
@@ -58,7 +59,7 @@ class PluginConfig:
     )
 
 
-def with_defaults(config: type[Any], **values: Any) -> Any:
+def with_defaults(config: Callable[..., Any], **values: Any) -> Any:
     """Declare a field of a critic's parameters of which some have other defaults."""
     return field(default_factory=partial(config, **values))
 

@@ -68,7 +68,7 @@ class SimpleProgressChecker:
 
     Config: ClassVar[type[Any]] = ProgressConfig
 
-    def __init__(self, config: Any) -> None:
+    def __init__(self, config: ProgressConfig) -> None:
         self._config = config
         self._since: tuple[SE2, float] | None = None
 

@@ -184,7 +184,6 @@ def _widened(outline: Footprint, margin: float, least: float) -> Footprint:
 
 
 def _inscribed(corners: Floats) -> float:
-    """Return the distance from the origin to the nearest edge."""
     return float(np.hypot(*_off(corners, np.zeros((1, 2)))[0]))
 
 

@@ -43,7 +43,8 @@ class LayeredCostmap:
     def __init__(
         self, config: CostmapConfig, transform: Callable[[str, str], SE2] | None = None
     ) -> None:
-        frame = _own_frame(config)
+        width, height = (round(edge / config.resolution) for edge in (config.width, config.height))
+        frame = GridFrame(config.resolution, width, height, SE2(config.origin_x, config.origin_y))
         hits = np.zeros(frame.shape, np.uint32)
         self._master = Master(config, frame, config.outline(), config.own_body(), hits)
         if transform is not None:
@@ -129,7 +130,10 @@ class LayeredCostmap:
             now: Time of the update [s].
         """
         self._stamp, self._robot = now, np.array([[T_global_base.x, T_global_base.y]])
-        self._remove_overlay()
+        for patch in reversed(self._overlaid):  # restores the costs below
+            self._costmap.data[patch.window] = patch.costs
+            self._changed = joined(self._changed, patch.window)
+        self._overlaid = []
         before = self._master.frame
         if self._master.config.rolling_window:
             self._move(_rolled(before, T_global_base))
@@ -204,7 +208,6 @@ class LayeredCostmap:
         return costs
 
     def _note_moving(self) -> None:
-        """Note in the costmap which things move."""
         several = [moving.things for moving in self._master.moving.values() if len(moving.things)]
         if not several and not len(self._costmap.moving):
             return
@@ -226,13 +229,6 @@ class LayeredCostmap:
                 np.maximum(below, patch.costs, out=below)
                 self._changed = joined(self._changed, patch.window)
 
-    def _remove_overlay(self) -> None:
-        """Restore the costs below the overlay."""
-        for patch in reversed(self._overlaid):
-            self._costmap.data[patch.window] = patch.costs
-            self._changed = joined(self._changed, patch.window)
-        self._overlaid = []
-
     def _square(self, T_global_base: SE2, edge: float) -> Window:
         frame = self._master.frame
         row, column = frame.to_cell(T_global_base.x, T_global_base.y)
@@ -243,12 +239,6 @@ class LayeredCostmap:
 
 def _footprint_of(config: CostmapConfig) -> tuple[str, float, float, float]:
     return config.footprint, config.robot_radius, config.footprint_padding, config.axle
-
-
-def _own_frame(config: CostmapConfig) -> GridFrame:
-    """Return the grid a costmap has before any map came."""
-    width, height = (round(edge / config.resolution) for edge in (config.width, config.height))
-    return GridFrame(config.resolution, width, height, SE2(config.origin_x, config.origin_y))
 
 
 def _rolled(frame: GridFrame, T_global_base: SE2) -> GridFrame:

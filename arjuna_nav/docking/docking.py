@@ -159,7 +159,12 @@ class Docking:
         try:
             return step(state)
         except _FailedError as failure:
-            return self._retry(failure, state.now)
+            spent = self.retries >= self._config.max_retries
+            if spent or self.phase is DockingPhase.RETRY:
+                return DockingStep(ended=failure.error, message=str(failure))
+            self.retries += 1
+            self._failure = failure
+            return self._enter(DockingPhase.RETRY, state.now)
 
     def _begin(self, state: DockingState, nominal: SE2) -> DockingStep:
         self._started, self._dock = True, nominal
@@ -232,14 +237,6 @@ class Docking:
             message = f"the battery does not charge {timeout:g} s after contact"
             raise _FailedError(DockingError.FAILED_TO_CHARGE, message)
         return DockingStep()
-
-    def _retry(self, failure: _FailedError, now: float) -> DockingStep:
-        spent = self.retries >= self._config.max_retries
-        if spent or self.phase is DockingPhase.RETRY:
-            return DockingStep(ended=failure.error, message=str(failure))
-        self.retries += 1
-        self._failure = failure
-        return self._enter(DockingPhase.RETRY, now)
 
     def _return(self, state: DockingState) -> DockingStep:
         config, staging = self._config, self._kind.staging_pose(self._dock)

@@ -99,7 +99,6 @@ class BehaviorServerNode(GoalNode):
         self.every(1.0 / config.cycle_frequency, self._cycle)
 
     def _read_costmaps(self, config: BehaviorServerConfig) -> dict[str, CostmapReader]:
-        """Return the costmaps that the behaviours move in, by `local` and `global`."""
         needed = {action.area for action in self._actions.values() if action.moves}
         return {
             area: CostmapReader(

@@ -178,7 +178,6 @@ class BtNavigatorNode(ResumingNode):
         return None if other in (None, kind) else f"{other} is running"
 
     def _busy_with(self) -> str | None:
-        """Return the action that has a goal, if one has."""
         return next((k for k, server in self._servers.items() if server.newest is not None), None)
 
     def _on_goal(self) -> None:

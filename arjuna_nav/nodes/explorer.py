@@ -111,7 +111,10 @@ class ExplorerNode(ManagedNode):
         exploration = self.config.exploration
         goal = next_goal(self._grid, costmap, T_map_base, self._tried, exploration, footprint)
         if goal is not None:
-            self._go(goal)
+            self._goal, self._idle_since = goal, None
+            request = NavigateToPose.Goal(pose=pose_stamped(goal, self.config.map_frame, self.now))
+            self._client.send(request, self._on_outcome)
+            self._publish(f"exploring: to ({goal.x:.1f}, {goal.y:.1f})")
         elif self._goal is None and self._is_in_unknown(T_map_base):
             self._look_round()
         elif self._goal is None:
@@ -143,12 +146,6 @@ class ExplorerNode(ManagedNode):
             if (np.hypot(*(points - (goal.x, goal.y)).T) < reach).any():
                 return True
         return False
-
-    def _go(self, goal: SE2) -> None:
-        self._goal, self._idle_since = goal, None
-        request = NavigateToPose.Goal(pose=pose_stamped(goal, self.config.map_frame, self.now))
-        self._client.send(request, self._on_outcome)
-        self._publish(f"exploring: to ({goal.x:.1f}, {goal.y:.1f})")
 
     def _on_outcome(self, outcome: GoalOutcome) -> None:
         """Note the goal, reached or not, so that it is not tried again."""

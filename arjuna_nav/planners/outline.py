@@ -73,7 +73,8 @@ def plan_for_outline(
     plan = planner.plan(costmap, start, goal)
     if plan.status is PlanStatus.NO_VALID_PATH:
         return _through_gaps(planner, costmap, start, goal, footprint) or plan
-    if plan.status is not PlanStatus.SUCCEEDED or footprint.circular or _checks_outline(planner):
+    checked = footprint.circular or getattr(planner, "checks_outline", False)
+    if checked or plan.status is not PlanStatus.SUCCEEDED:
         return plan
     blocked = first_blocked(plan.path, costmap, footprint)
     if blocked is None:
@@ -90,11 +91,6 @@ def plan_for_outline(
         if blocked is None:
             return other
     return plan
-
-
-def _checks_outline(planner: Planner) -> bool:
-    """Return whether a planner's paths are free for the outline; they may be driven back."""
-    return bool(getattr(planner, "checks_outline", False))
 
 
 def _end_of(path: Floats) -> SE2:
@@ -146,7 +142,6 @@ def relaxed_inscribed(data: Bytes, radius: float) -> Bytes:
 
 
 def _close(costmap: Costmap, pose: Floats, radius: int) -> None:
-    """Close the cells about a pose `(x, y, ...)` to planners."""
     row, column = costmap.frame.to_cell(float(pose[0]), float(pose[1]))
     ends = row - radius, row + radius + 1, column - radius, column + radius + 1
     window = clipped(*ends, costmap.data.shape)

@@ -128,14 +128,11 @@ def read_graph(
         lines = [about for kind, about, _ in shapes if kind in _SHAPES - {"Point"}]
         edges = {edge.id: edge for edge in (_edge(about, nodes) for about in lines)}
     except (ValueError, OverflowError, KeyError, TypeError, AttributeError) as error:
-        raise InputFileError(path, f"is no route graph: {_reason(error)}") from error
+        reason = f"{error} is missing" if isinstance(error, KeyError) else error
+        raise InputFileError(path, f"is no route graph: {reason}") from error
     if not nodes:
         raise InputFileError(path, "is no route graph: it has no node, a Point with an 'id'")
     return Graph(nodes, edges)
-
-
-def _reason(error: Exception) -> str:
-    return f"{error} is missing" if isinstance(error, KeyError) else str(error)
 
 
 def _node(about: dict[str, Any], one: dict[str, Any], T_graph_node: SE2) -> tuple[int, Node]:
@@ -162,7 +159,6 @@ def _edge(about: dict[str, Any], nodes: dict[int, Node]) -> Edge:
 
 
 def _about(about: dict[str, Any], what: str) -> tuple[dict[str, Any], tuple[GraphOperation, ...]]:
-    """Return the metadata and the operations of a node or an edge."""
     given = about.get("operations") or {}
     operations = []
     for one in given.values() if isinstance(given, dict) else given:

@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from arjuna_core.arrays import Bytes
+from arjuna_core.config import fixed
 from arjuna_core.timing import Periodic
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.costmap import INSCRIBED, UNKNOWN
@@ -20,7 +21,7 @@ from arjuna_nav.planners.waves.potential import traversal_costs, wavefront
 from arjuna_nav.routes.graph import Edge, Graph, Point
 from arjuna_nav.routes.operations import OperationError, OperationResult, RouteEvent
 from arjuna_nav.routes.route import along_edge
-from arjuna_nav.routes.scorers import RouteRequest, Scorer, WeightConfig, fixed
+from arjuna_nav.routes.scorers import RouteRequest, Scorer, WeightConfig
 
 
 def costs_on_line(costmap: Costmap, start: Point, end: Point, every: int) -> tuple[Bytes, bool]:

@@ -9,10 +9,10 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, ClassVar, Protocol
 
+from arjuna_core.config import fixed
 from arjuna_core.errors import ArjunaError
 from arjuna_core.se2 import SE2
 from arjuna_nav.routes.graph import Edge, Node
-from arjuna_nav.routes.scorers import fixed
 
 
 class OperationError(ArjunaError):

@@ -104,7 +104,8 @@ class VelocitySmoother:
         period = min(now - self._before_at, period) if config.smooth_at_once else period
         current = measured if config.feedback == "CLOSED_LOOP" else self._before
         self._last, self._last_at = self._step(current, command, period), now
-        return self._without_deadband(self._last)
+        parts = zip(_values(self._last), self._config.deadband_velocity, strict=True)
+        return _velocity([0.0 if abs(value) < least else value for value, least in parts])
 
     def has_command(self, now: float) -> bool:
         """Return whether the last command holds at a time [s]."""
@@ -122,7 +123,10 @@ class VelocitySmoother:
         if radius > 0.0:  # between arcs ahead and back lies a stop: else it would bend tighter
             command = steered(STILL if current.x * command.x < 0.0 else command, radius)
         before = _values(current)
-        goals = [self._clamped(value, axis) for axis, value in enumerate(_values(command))]
+        goals = [
+            min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
+            for axis, value in enumerate(_values(command))
+        ]
         changes = [
             (goal - now, *self._bounds(now, goal, axis, period))
             for axis, (now, goal) in enumerate(zip(before, goals, strict=True))
@@ -134,9 +138,6 @@ class VelocitySmoother:
         steps = [min(max(ratio * change, low), high) for change, low, high in changes]
         return _velocity([now + step for now, step in zip(before, steps, strict=True)])
 
-    def _clamped(self, value: float, axis: int) -> float:
-        return min(max(value, self._config.min_velocity[axis]), self._config.max_velocity[axis])
-
     def _bounds(self, now: float, goal: float, axis: int, period: float) -> tuple[float, float]:
         """Return the least and the greatest change within a period [s]."""
         config = self._config
@@ -144,10 +145,6 @@ class VelocitySmoother:
         limit = config.max_accel[axis] if faster else -config.max_decel[axis]
         limit *= period
         return -limit, limit
-
-    def _without_deadband(self, velocity: Velocity) -> Velocity:
-        parts = zip(_values(velocity), self._config.deadband_velocity, strict=True)
-        return _velocity([0.0 if abs(value) < least else value for value, least in parts])
 
 
 def _values(velocity: Velocity) -> tuple[float, float, float]:

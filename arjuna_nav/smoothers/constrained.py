@@ -106,7 +106,6 @@ class ConstrainedSmoother:
         return SmoothResult(SmoothStatus.SUCCEEDED, smoothed)
 
     def _smoothed(self, path: Floats, costmap: Costmap) -> Floats:
-        """Return a path without turns on the spot smoothed."""
         if len(path) < 3:
             return path
         directions = self._directions(path)

@@ -38,15 +38,6 @@ def _is_at_goal(node: Any) -> bool:
     return pose is not None and pose.distance(node.goal) <= node.goal_reached_tol
 
 
-def _are_near(node: Any) -> bool:
-    gap = node.ref_pose.distance(node.target_pose)
-    return bool(gap <= node.tolerance)
-
-
-def _has_code(node: Any) -> bool:
-    return node.error_code in node.error_codes_to_check
-
-
 def _helps_with(*codes: int) -> _Answered:
     """Return a condition that succeeds where clearing or moving may mend an error."""
     return lambda node: node.error_code in codes, {"error_code": Port(WHOLE, 0)}
@@ -65,7 +56,7 @@ _SIMPLE: dict[str, _Answered] = {
         {"initial_pose_received": Port(TEXT, "")},
     ),
     "ArePosesNear": (
-        _are_near,
+        lambda node: node.ref_pose.distance(node.target_pose) <= node.tolerance,
         {
             "ref_pose": Port(POSE),
             "target_pose": Port(POSE),
@@ -74,7 +65,7 @@ _SIMPLE: dict[str, _Answered] = {
         },
     ),
     "AreErrorCodesPresent": (
-        _has_code,
+        lambda node: node.error_code in node.error_codes_to_check,
         {"error_code": Port(WHOLE, 0), "error_codes_to_check": Port(CODES, frozenset())},
     ),
     # unknown, patience exceeded, no progress, no valid control

@@ -272,17 +272,14 @@ class SpeedController(RateController):
     def _is_due(self) -> bool:
         due = super()._is_due()
         if due:
-            self._now = self._rate_by_speed()
+            low, high = self.min_speed, self.max_speed
+            share = (self.tree.state.mean_velocity().speed - low) / max(high - low, 1e-9)
+            slow, fast = self.min_rate, self.max_rate
+            self._now = float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
         return due
 
     def _rate(self) -> float:
         return self._now
-
-    def _rate_by_speed(self) -> float:
-        low, high = self.min_speed, self.max_speed
-        share = (self.tree.state.mean_velocity().speed - low) / max(high - low, 1e-9)
-        slow, fast = self.min_rate, self.max_rate
-        return float(slow + min(max(share, 0.0), 1.0) * (fast - slow))
 
 
 class DistanceController(Framed, _Gate):

@@ -224,7 +224,6 @@ class Control(TreeNode):
     CHILDREN = (1, float("inf"))
 
     def _end(self, status: Status) -> Status:
-        """Make all children idle and forget the run; return how it ended."""
         self.reset_children()
         self._on_halt()
         return status

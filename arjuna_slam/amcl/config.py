@@ -89,19 +89,11 @@ class AmclConfig:
         0.9, "Share of skipped beams above which all are used."
     )
 
-    recovery_alpha_slow: float = param(
-        0.001,
-        "Decay of the slow average likelihood; 0 injects no particles.",
-        minimum=0,
-        maximum=1,
-        theirs=0.0,
+    recovery_alpha_slow: float = share_param(
+        0.001, "Decay of the slow average likelihood; 0 injects no particles.", theirs=0.0
     )
-    recovery_alpha_fast: float = param(
-        0.1,
-        "Decay of the fast average likelihood; 0 injects no particles.",
-        minimum=0,
-        maximum=1,
-        theirs=0.0,
+    recovery_alpha_fast: float = share_param(
+        0.1, "Decay of the fast average likelihood; 0 injects no particles.", theirs=0.0
     )
     match_scans: bool = param(
         True,

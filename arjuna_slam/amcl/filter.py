@@ -106,11 +106,13 @@ class ParticleFilter:
             if best is None:
                 return None
         else:
-            self._predict(T_odom_base)
+            if (step := self._track.step(T_odom_base)) is not None:
+                self.belief.move(step)
             if self._blind(T_odom_base, view):
                 return self._track.conclude(self._unseen(T_odom_base), T_odom_base, self._config)
             self._weigh(view)
-            self._resample()
+            if self.belief.resample(self._recovery.averages.injection):
+                self._recovery.averages.reset()
             best = self._verify(T_odom_base, view)
         best = self._relocalize(best, T_odom_base, view)
         return self._track.conclude(best, T_odom_base, self._config)
@@ -122,22 +124,12 @@ class ParticleFilter:
             return view.blind
         return self._matcher.known(last.T_map_odom @ T_odom_base, view) < BEAMS_MIN
 
-    def _predict(self, T_odom_base: SE2) -> None:
-        step = self._track.step(T_odom_base)
-        if step is not None:
-            self.belief.move(step)
-
     def _weigh(self, view: ScanView) -> None:
         if not len(view.few.ranges):
             return
         likelihood = self._sensor.weigh(self.belief.particles, view)
         self._recovery.averages.add(float(self.belief.weights @ likelihood.levels))
         self.belief.reweigh(self.belief.level(likelihood.factors))
-
-    def _resample(self) -> None:
-        """Resample the particles, some from anywhere if the scans have become unlikely."""
-        if self.belief.resample(self._recovery.averages.injection):
-            self._recovery.averages.reset()
 
     def _verify(self, T_odom_base: SE2, view: ScanView) -> Hypothesis:
         """Match each cluster to the scan, weigh clusters by all beams, return the heaviest."""

@@ -182,23 +182,17 @@ class LoopCloser:
         if match is None:
             return []
         edge, wide = _edge_of_submap(query, past, match), self._config.loop_wide_area
-        closure = _closure(graph, task, edge, match, search.ambiguous, wide)
+        small = 0.3  # [m] correction up to which a closure needs no other in a narrow window
+        far = bool(np.hypot(*graph.residual(edge)[:2]) > small)
+        weight, enough = 1.0 if match.sure else 0.5, 2.0 if search.ambiguous or far else 0.5
+        large = match.sure and match.area >= wide
+        closure = Closure(task.query, task.past, edge, weight, enough, large)
         believed = self._of_submaps.add(graph, closure)
         self._closed.update((one.query, one.past) for one in believed)
         bends = 0.5  # [m] correction from which on all is searched again
         if any(np.hypot(*graph.residual(one.edge)[:2]) > bends for one in believed):
             self._next = 0
         return believed
-
-
-def _closure(
-    graph: PoseGraph, task: _Task, edge: Edge, match: SubmapMatch, ambiguous: bool, wide_area: float
-) -> Closure:
-    small = 0.3  # [m] correction up to which a closure needs no other in a narrow window
-    far = bool(np.hypot(*graph.residual(edge)[:2]) > small)
-    weight, enough = 1.0 if match.sure else 0.5, 2.0 if ambiguous or far else 0.5
-    large = match.sure and match.area >= wide_area
-    return Closure(task.query, task.past, edge, weight, enough, large)
 
 
 def _edge_of_keyframe(submap: Submap, node: int, match: Match) -> Edge:

@@ -163,13 +163,10 @@ class GlobalSearch:
                 blocks = self._split(blocks, level - 1)
         poses = blocks + np.array([0.5 * self._leaf, 0.5 * self._leaf, 0.0])
         scores = sum_at_endpoints(self._likelihood, poses, cells)
-        found = self._in_map(poses)
-        return found[distinct(found, scores, limit)]
-
-    def _in_map(self, poses: Floats) -> Floats:
         origin = self._frame.origin
         positions = origin.apply((poses[:, :2] - self._sizes[-1]) * self._frame.resolution)
-        return np.column_stack((positions, wrap(poses[:, 2] + origin.theta)))
+        found = np.column_stack((positions, wrap(poses[:, 2] + origin.theta)))
+        return found[distinct(found, scores, limit)]
 
     def _block_count(self, size: int) -> int:
         return math.ceil(self._frame.height / size) * math.ceil(self._frame.width / size)

@@ -182,7 +182,6 @@ class MapSaverNode(ManagedNode):
             self._refuse([each], f"no map has come on '{each.topic}' within {limit:g} s")
 
     def _refuse(self, waiting: Iterable[_Waiting], problem: str) -> None:
-        """Answer no, and say why."""
         for each in list(waiting):
             if each in self._waiting:
                 self._waiting.remove(each)

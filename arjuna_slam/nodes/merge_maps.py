@@ -110,7 +110,10 @@ class MergeMapsNode(ManagedNode):
         self._submaps.append(Submap(session, centre, centre))
         shown = replace(grid, frame=replace(frame, origin=half.inverse()))
         self._publish(self._outputs(f"/{name}", f"/map_metadata_{name[4:]}"), shown, name)
-        self._show()
+        self._sequence += 1
+        update = InteractiveMarkerUpdate(server_id=_TOOL, seq_num=self._sequence)
+        update.type, update.markers = InteractiveMarkerUpdate.UPDATE, self._markers()
+        self._updates.publish(update)
         self.get_logger().info(f"{request.filename} is on /{name}: {len(session.scans)} keyframes")
         return response
 
@@ -142,12 +145,6 @@ class MergeMapsNode(ManagedNode):
     def _on_get(self, request: Any, response: Any) -> Any:
         response.sequence_number, response.markers = self._sequence, self._markers()
         return response
-
-    def _show(self) -> None:
-        self._sequence += 1
-        update = InteractiveMarkerUpdate(server_id=_TOOL, seq_num=self._sequence)
-        update.type, update.markers = InteractiveMarkerUpdate.UPDATE, self._markers()
-        self._updates.publish(update)
 
     def _broadcast(self) -> None:
         if self._submaps:

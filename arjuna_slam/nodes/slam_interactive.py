@@ -139,7 +139,6 @@ class InteractiveGraph:
         return response
 
     def _publish(self) -> None:
-        """Send all markers, or take back those that were sent."""
         if not (self.on or self._shown):
             return
         self._sequence += 1

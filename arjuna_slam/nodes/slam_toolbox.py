@@ -98,7 +98,6 @@ class SlamToolboxNode(ManagedNode):
         return closed
 
     def _use(self, slam: PoseTracker) -> None:
-        """Map or only localize with another mapper from now on."""
         self.slam = slam
         self._mapping = slam if isinstance(slam, Slam) else None
         self._localizer = slam if isinstance(slam, Localizer) else None

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from arjuna_core.plugins import PluginTypes, canonical
+from arjuna_core.plugins import NamedConfigs, PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
 from bringup.stack import ALL_GROUPS, ORIGINALS, PROGRAMS, NodeSpec, all_nodes, further_nodes
@@ -56,6 +56,10 @@ def _not_loaded(spec: NodeSpec) -> Iterator[str]:
                 wraps = kind.what == "controller" and hasattr(kind.resolve(name), "config_for")
                 given = {"primary_controller": kind.default} if wraps else {}
                 yield from _table(spec, kind.config_of(name, given), given)
+    for row in rows:
+        if isinstance(row.info.plugins, NamedConfigs) and not row.value:
+            yield f"### Each of `{row.key}`\n\nOf `{spec.name}`.\n"
+            yield from _table(spec, row.info.plugins.config, {})
 
 
 def _table(spec: NodeSpec, config: type[Any], values: Mapping[str, Any]) -> Iterator[str]:

@@ -150,7 +150,6 @@ class Dwb(PathController):
         costmap: Costmap,
         near: Floats,
     ) -> Scoring:
-        """Return what the samples are scored by."""
         config, frame = self._config, costmap.frame
         in_grid = frame.origin.inverse() @ pose
         start = np.array(

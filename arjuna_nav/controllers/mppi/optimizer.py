@@ -95,12 +95,16 @@ class Optimizer:
             costs, blocked = judge(self.rollouts)
             if blocked:
                 return False
-            self._update(costs)
+            for axis in self._axes:
+                weigh(costs, axis.controls, axis.sequence, self._gamma / axis.deviation**2)
+            weights = np.exp((costs.min() - costs) / np.float32(self._config.temperature))
+            weights /= weights.sum()
+            for axis in self._axes:
+                axis.sequence = average(weights, axis.controls)
         self._smooth(limits)
         return True
 
     def _sample(self, velocity: Velocity, limits: Limits) -> None:
-        """Roll out noisy controls."""
         config, batch = self._config, self._config.batch_size
         noises = [axis.noise for axis in self._axes]
         if config.regenerate_noises:  # a window of the spare noise: new noise would cost more
@@ -120,15 +124,6 @@ class Optimizer:
             config.model_dt,
             self.rollouts,
         )
-
-    def _update(self, costs: Array) -> None:
-        """Average the controls by their costs."""
-        for axis in self._axes:
-            weigh(costs, axis.controls, axis.sequence, self._gamma / axis.deviation**2)
-        weights = np.exp((costs.min() - costs) / np.float32(self._config.temperature))
-        weights /= weights.sum()
-        for axis in self._axes:
-            axis.sequence = average(weights, axis.controls)
 
     def _smooth(self, limits: Limits) -> None:
         """Fit the controls, those driven before among them, by a running quadratic."""

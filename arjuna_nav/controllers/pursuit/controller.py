@@ -225,7 +225,6 @@ class RegulatedPurePursuit(PathController):
         return turning.towards(angle, self._last_w)
 
     def _pursue(self, carrot: SE2, pose: SE2, velocity: Velocity, costmap: Costmap) -> Velocity:
-        """Return the velocity along the arc through the carrot, regulated."""
         config = self._config
         regulated_by = self._regulating(pose, carrot)
         curvature = curvature_to(regulated_by.x, regulated_by.y)

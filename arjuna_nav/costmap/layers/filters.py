@@ -170,7 +170,6 @@ class KeepoutFilter(CostmapFilter):
 
 
 def _is_zone(costs: Bytes) -> Bools:
-    """Return which costs keep a robot out."""
     zone: Bools = (costs == INSCRIBED) | (costs == LETHAL)
     return zone
 

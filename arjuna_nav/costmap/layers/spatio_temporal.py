@@ -174,7 +174,6 @@ class SpatioTemporalVoxelLayer(ObstacleLayer):
         self._keep(left >= 0.0)
 
     def _mark(self, seen: Observation, source: Any, now: float) -> None:
-        """Mark the voxels of points within range as seen now."""
         cloud, limited = as_cloud(seen, source, False), source.filter in ("passthrough", "voxel")
         points = used_points(cloud, source) if limited else cloud.reading.points
         far = np.linalg.norm(points - cloud.reading.sensor, axis=1)

@@ -181,7 +181,6 @@ class StaticLayer(MapLayer):
         return self._shown if self._placement is not None else None
 
     def _clear_footprint(self, T_map_base: SE2) -> None:
-        """Free the map's cells under the robot."""
         assert self._map is not None
         self._restore()
         frame = self._map.grid.frame

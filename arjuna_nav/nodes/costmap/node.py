@@ -192,14 +192,10 @@ class CostmapNode(ManagedNode):
             return
         self.layered.update(pose, self.now)
         self._filters.publish()
-        self._warn()
-        self._problem = self.layered.group.problem(self.now)
-        if not self._problem:
-            self._updated_at, self._problem = self.now, "no update was due yet"
-
-    def _warn(self) -> None:
-        """Log what is odd about the costs, each time that it is something else."""
         warnings = set(self.layered.warnings())
         for warning in sorted(warnings - self._warned):
             self.get_logger().warning(warning)
         self._warned = warnings
+        self._problem = self.layered.group.problem(self.now)
+        if not self._problem:
+            self._updated_at, self._problem = self.now, "no update was due yet"

@@ -14,7 +14,7 @@ from nav2_msgs.msg import SpeedLimit
 from nav2_msgs.srv import DynamicEdges
 from std_srvs.srv import Trigger
 
-from arjuna_core.config import NoParameters
+from arjuna_core.config import NoParameters, fixed
 from arjuna_core.plugins import PluginTypes
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header
@@ -25,7 +25,7 @@ from arjuna_nav.nodes.costmap.reader import CostmapReader
 from arjuna_nav.routes.graph import Edge, Graph
 from arjuna_nav.routes.operations import OperationError, OperationResult, RouteEvent
 from arjuna_nav.routes.route import Tracker
-from arjuna_nav.routes.scorers import RouteRequest, fixed, speed_share
+from arjuna_nav.routes.scorers import RouteRequest, speed_share
 
 
 class RouteHost(GoalNode):

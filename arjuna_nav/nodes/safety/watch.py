@@ -179,7 +179,6 @@ class Watch:
             return None
 
     def _update_shapes(self) -> None:
-        """Transform the shapes that topics say into the robot's frame."""
         for name, message in self._messages.items():
             zone = self.monitor.zones.get(name)
             if zone is None:

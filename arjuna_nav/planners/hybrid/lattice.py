@@ -234,7 +234,6 @@ class SmacLattice(PoseSearch):
         self._in_cells: tuple[float, Lattice] | None = None
 
     def _lattice(self, costmap: Costmap) -> Lattice:
-        """Return the lattice in a costmap's cells."""
         resolution = costmap.frame.resolution
         if self._in_cells is None or self._in_cells[0] != resolution:
             cells = 1.0 / resolution
@@ -259,7 +258,6 @@ class SmacLattice(PoseSearch):
         return moves.turned(-turn)
 
     def _rules(self, costmap: Costmap) -> Rules:
-        """Return how the robot drives."""
         lattice = self._lattice(costmap)
         rules = super()._rules(costmap)
         return rules._replace(spins=lattice.spins, shortcuts=False, radius=lattice.radius)

@@ -154,7 +154,6 @@ class PoseSearch(abc.ABC):
         return closed(costs, self._config.allow_unknown)
 
     def _fits(self, query: Query, cell: Cell, moves: Moves, terrain: Terrain) -> bool:
-        """Return whether the robot may end in a cell with one of the goal's headings."""
         ends, _ = self._ends(query, cell, moves)
         return any(cost_at(x, y, theta, terrain) < math.inf for x, y, theta in ends)
 
@@ -192,7 +191,6 @@ class PoseSearch(abc.ABC):
         return max(self._config.minimum_turning_radius / costmap.frame.resolution, 1.0)
 
     def _rules(self, costmap: Costmap) -> Rules:
-        """Return how the robot drives."""
         config, resolution = self._config, costmap.frame.resolution
         radius, override = self._radius(costmap), config.analytic_expansion_max_cost_override
         one = config.goal_heading_mode == "DEFAULT"  # else their least costs more than it saves
