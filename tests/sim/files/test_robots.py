@@ -160,12 +160,6 @@ def test_a_drive_publishes_its_wheels_beside_the_joints_of_another_plugin(
     assert len(set(reported)) == (1 if flag == "publish_odom" else 4)
 
 
-def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
-    sim = simulator(robot=_robot(tmp_path, TWO))
-    run(sim, 1.0, Velocity(yaw_rate=0.5))
-    assert run(sim, 2.0, Velocity(yaw_rate=0.5)).truth.w == pytest.approx(0.5, rel=0.07)
-
-
 CONTROLLERS = """
 /**:
   controller_manager:
