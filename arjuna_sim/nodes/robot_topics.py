@@ -123,7 +123,6 @@ class RobotTopics:
         self._odom_due = _slower(often if self.is_fused else rate, config.tick)
         self._tf_due = _slower(often, config.tick)
         self._joints_due = _slower(settings.report_rate, config.tick)
-        # messages of each tick are used again: making an Odometry costs five times as much
 
     def _create_publishers(self, node: ManagedNode) -> None:
         """Advertise what the robot has: who looks for a topic finds no empty one."""

@@ -8,11 +8,10 @@ from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from arjuna_core.arrays import Floats, Ints
 from arjuna_sim.model.geometry.shapes import Group
+from arjuna_sim.model.geometry.thickness import numbered
 
 RISE_MAX = 0.7
 """Steepest slope of a ground, as a robot is put on: 35 degrees."""
@@ -199,8 +198,7 @@ class Ground:
         heights = np.array([[self.column(x + i, y + j).walked for j in steps] for i in steps])
         index = np.arange(heights.size).reshape(heights.shape)
         pairs = np.concatenate([_joined(heights, index), _joined(heights.T, index.T)])
-        ones, shape = np.ones(len(pairs)), (heights.size, heights.size)
-        _, area = connected_components(coo_array((ones, pairs.T), shape=shape), directed=False)
+        area = numbered(pairs, heights.size)
         is_there = np.isfinite(heights.ravel())
         sizes = np.bincount(area, weights=is_there)
         chosen = is_there & (area == sizes.argmax())

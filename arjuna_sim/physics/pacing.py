@@ -11,18 +11,16 @@ class Pacer:
     Args:
         factor: Simulated seconds per real second; 0 is as fast as it goes.
         clock: Returns real time [s].
-        slack: How far it may fall behind before it gives up catching up [real s].
 
     Raises:
         ValueError: The factor is negative.
     """
 
-    def __init__(self, factor: float, clock: Callable[[], float], slack: float = 0.5) -> None:
+    def __init__(self, factor: float, clock: Callable[[], float]) -> None:
         if not factor >= 0.0:
             raise ValueError(f"real-time factor must be at least 0, got {factor}")
         self._factor = factor
         self._clock = clock
-        self._slack = slack
         self._start: tuple[float, float] | None = None
 
     def restart(self) -> None:
@@ -37,7 +35,7 @@ class Pacer:
         if self._start is None:
             self._start = (real, now)
         ahead = self._start[0] + (now - self._start[1]) / self._factor - real
-        if ahead < -self._slack:
+        if ahead < -0.5:  # [real s] what is farther behind is not caught up with
             self._start = (real, now)
         return max(0.0, ahead)
 

@@ -75,6 +75,15 @@ def saved_world(folder: Path, inside: str) -> Path:
     return path
 
 
+def static(name: str, shape: str, pose: str) -> str:
+    """Return a model of one solid shape that stands fast."""
+    solid = f"<collision name='c'><geometry>{shape}</geometry></collision>"
+    return (
+        f"<model name='{name}'><static>1</static><pose>{pose}</pose>"
+        f"<link name='l'>{solid}</link></model>"
+    )
+
+
 def edited(source: Path, folder: Path, old: str, new: str) -> Path:
     """Copy a text file with one passage replaced, which must be there."""
     text = source.read_text(encoding="utf-8")

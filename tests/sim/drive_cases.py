@@ -6,6 +6,9 @@ import math
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from tests.sim.robot_files.tags import plugin as plugin
+from tests.sim.robot_files.tags import sides
+
 INERTIAL = (
     "<inertial><mass value='{m}'/><inertia ixx='{i}' iyy='{i}' izz='{i}'"
     " ixy='0' ixz='0' iyz='0'/></inertial>"
@@ -151,11 +154,6 @@ def _sdf_inertial(mass: float, inertia: float) -> str:
     return f"<inertial><mass>{mass}</mass><inertia>{values}</inertia></inertial>"
 
 
-def plugin(file: str, inside: str = "") -> str:
-    """Return a plugin's tag."""
-    return f"<gazebo><plugin filename='{file}' name='drive'>{inside}</plugin></gazebo>"
-
-
 def control(parameters: str) -> tuple[str, dict[str, str]]:
     """Return the tag of ros2_control's plugin, and the file of its controllers' parameters."""
     tag = plugin("libgz_ros2_control-system.so", "<parameters>controllers.yaml</parameters>")
@@ -211,11 +209,8 @@ def planar_on_forks() -> Robot:
 
 def two_axles(rear: str = "") -> Robot:
     """Return a robot with a plugin for each of its axles, and more tags in the rear one's."""
-    joints = "<left_joint>{0}_left_wheel_joint</left_joint>"
-    joints += "<right_joint>{0}_right_wheel_joint</right_joint>"
-    front, back = joints.format("front"), joints.format("rear") + rear
     drive = "gz-sim-diff-drive-system"
-    return Robot(four(), plugin(drive, front) + plugin(drive, back))
+    return Robot(four(), plugin(drive, sides("front")) + plugin(drive, sides("rear") + rear))
 
 
 def tracked(
@@ -326,12 +321,7 @@ def car(
         return Robot(wheels, tag, files=files)
     if not source:
         return Robot(wheels, steering=steer)
-    joints = "".join(
-        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
-        for end in ends
-        for side in ("left", "right")
-    )
-    joints += "".join(
+    joints = sides(*ends) + "".join(
         f"<{side}_steering_joint>front_{side}_wheel_steer_joint</{side}_steering_joint>"
         for side in ("left", "right")
     )

@@ -9,12 +9,9 @@ from pathlib import Path
 
 from arjuna_core.se2 import SE2
 from tests.sim import drive_cases as cases
+from tests.sim.robot_files.tags import sides
 
-_SIDES = "".join(
-    f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
-    for side in ("left", "right")
-    for end in ("front", "rear")
-)
+_SIDES = sides("front", "rear")
 _PLUGIN = re.compile(r"<plugin.*?</plugin>")
 _TRACK = """<link name='{side}_track'><pose>0 {y} 0 0 0 0</pose><inertial><mass>4</mass></inertial>
 <collision name='c'><geometry><box><size>0.4 0.06 0.1</size></box></geometry></collision></link>

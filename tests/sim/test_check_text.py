@@ -8,7 +8,9 @@ import pytest
 
 from arjuna_core.errors import InputFileError
 from arjuna_sim.check import Found, check
+from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.inputs import turning_radius_of
 from arjuna_sim.model.notes import Note, NoteKind
 from tests.sim import drive_cases as cases
 from tests.sim.builders import ROOM
@@ -177,7 +179,11 @@ def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
 @pytest.mark.usefixtures("without_sills")
 def test_a_drive_of_another_kind_says_which(tmp_path: Path) -> None:
     (tmp_path / "mecanum").mkdir()
-    car = check(cases.car("gz").write(tmp_path), SearchPath(), {}).lines
+    path = cases.car("gz").write(tmp_path)
+    car = check(path, SearchPath(), {}).lines
+    bends = f"bends of {turning_radius_of(load_robot(path)):.3g} m and wider"
+    assert any(bends in line for line in car)
+    assert not any("wheel separation" in line for line in car)
     assert any(line.startswith("    by steer") for line in car)
     assert any(line.startswith("    steers by ") and line.endswith(" deg") for line in car)
     rolling = check(cases.mecanum().write(tmp_path / "mecanum"), SearchPath(), {}).lines

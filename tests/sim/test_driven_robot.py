@@ -15,7 +15,6 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.controller import CommandError
-from arjuna_sim.driven_robot import Observation
 from tests.sim.builders import EMPTY, ROOM, run, simulator
 from tests.sim.files.test_robots import TWO, _robot
 
@@ -117,10 +116,6 @@ def test_robot_stops_after_the_command_timeout() -> None:
     assert abs(run(sim, 0.4).truth.v) < 0.01
 
 
-def test_command_beyond_the_limits_is_clipped() -> None:
-    assert run(simulator(), 2.0, Velocity(9.0)).truth.v == pytest.approx(1.0, abs=0.02)
-
-
 def test_its_setpoint_is_what_its_wheels_are_set_to() -> None:
     sim = simulator()
     assert sim.robot.setpoint == Velocity()
@@ -179,32 +174,6 @@ def test_sensors_come_at_their_rates() -> None:
     assert scans == [round(0.1 * i, 9) for i in range(1, 101)]
     assert all(o.scan.stamp == o.time for o in observations if o.scan is not None)
     assert sum(o.imu is not None for o in observations) == 500
-
-
-def _bytes(observation: Observation) -> bytes:
-    o = observation
-    assert o.imu is not None
-    parts = [
-        np.array([o.time, o.odometry.v, o.odometry.w, o.truth.v, o.truth.w, o.truth.z]),
-        o.odometry.T_odom_base.array(),
-        o.odometry.covariance,
-        o.truth.pose.array(),
-        o.joints.positions,
-        o.joints.velocities,
-        o.imu.angular_velocity,
-        o.imu.linear_acceleration,
-        np.array(o.imu.rpy),
-    ]
-    parts += [] if o.scan is None else [o.scan.ranges]
-    return b"".join(part.tobytes() for part in parts) + repr(o.contacts).encode()
-
-
-def test_reset_repeats_the_run_byte_for_byte() -> None:
-    sim = simulator(ROOM, spawn=SE2(1.0, 1.0, 0.5))
-    first = [_bytes(sim.drive(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
-    sim.reset()
-    assert sim.time == 0.0
-    assert first == [_bytes(sim.drive(Velocity(0.5, yaw_rate=0.7))) for _ in range(100)]
 
 
 def test_tick_must_be_a_whole_number_of_physics_steps() -> None:

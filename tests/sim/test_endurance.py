@@ -14,7 +14,7 @@ from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.drive import DriveConfig
-from tests.sim.builders import simulator
+from tests.sim.builders import saved_world, simulator, static
 
 _HALF = 2.0  # [m] from the middle of the room to its walls' inner faces
 _THICKNESS = 0.05
@@ -32,15 +32,10 @@ def _room(folder: Path) -> Path:
         (0.0, 1.3, _THICKNESS, 1.4),
     ]
     models = "".join(
-        f"<model name='wall_{i}'><static>1</static><pose>{x} {y} 0.25 0 0 0</pose><link name='l'>"
-        f"<collision name='c'><geometry><box><size>{dx} {dy} 0.5</size></box></geometry>"
-        "</collision></link></model>"
+        static(f"wall_{i}", f"<box><size>{dx} {dy} 0.5</size></box>", f"{x} {y} 0.25 0 0 0")
         for i, (x, y, dx, dy) in enumerate(walls)
     )
-    path = folder / "thin.world"
-    ground = "<include><uri>model://ground_plane</uri></include>"
-    path.write_text(f"<sdf version='1.6'><world name='w'>{ground}{models}</world></sdf>")
-    return path
+    return saved_world(folder, models)
 
 
 def endure(folder: Path, seconds: float, seed: int) -> tuple[float, int, int]:

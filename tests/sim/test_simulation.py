@@ -61,10 +61,13 @@ def ahead(seen: Observation) -> float:
 def sensed(seen: Mapping[str, Observation]) -> bytes:
     """Return all that robots sensed in a tick."""
     parts = []
-    for name in seen:
-        one = seen[name]
-        parts += [one.odometry.T_odom_base.array(), one.truth.pose.array(), one.joints.positions]
-        parts += [] if one.imu is None else [one.imu.linear_acceleration, one.imu.angular_velocity]
+    for one in seen.values():
+        odometry, truth = one.odometry, one.truth
+        parts += [odometry.T_odom_base.array(), odometry.covariance, truth.pose.array()]
+        parts += [np.array([one.time, odometry.v, odometry.w, truth.v, truth.w, truth.z])]
+        parts += [one.joints.positions, one.joints.velocities]
+        if one.imu is not None:
+            parts += [one.imu.linear_acceleration, one.imu.angular_velocity, np.array(one.imu.rpy)]
         parts += [] if one.scan is None else [one.scan.ranges]
     return b"".join(np.ascontiguousarray(part).tobytes() for part in parts)
 

@@ -121,10 +121,14 @@ def _text(pose: Pose3, relative_to: str = "") -> str:
     return f"<pose{attribute}>{numbers}</pose>"
 
 
-def write_stl(path: Path, triangles: NDArray[np.float64]) -> None:
-    """Write triangles `(N, 3, 3)` [m] as binary STL."""
+def stl(triangles: NDArray[np.float64]) -> bytes:
+    """Return triangles `(N, 3, 3)` [m] as binary STL."""
     face = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("extra", "<u2")])
     faces = np.zeros(len(triangles), face)
     faces["corners"] = triangles
-    header = bytes(80) + np.uint32(len(triangles)).tobytes()
-    path.write_bytes(header + faces.tobytes())
+    return bytes(80) + len(triangles).to_bytes(4, "little") + bytes(faces.tobytes())
+
+
+def write_stl(path: Path, triangles: NDArray[np.float64]) -> None:
+    """Write triangles `(N, 3, 3)` [m] as binary STL."""
+    path.write_bytes(stl(triangles))

@@ -8,8 +8,6 @@ from dataclasses import dataclass
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 import numpy as np
-from scipy.sparse import coo_array
-from scipy.sparse.csgraph import connected_components
 
 from arjuna_core.arrays import Ints
 from arjuna_sim.files.sdf.includes import leaving_out
@@ -17,6 +15,7 @@ from arjuna_sim.files.sdf.model_tags import SWINGING, WORLD, SdfJoint, SdfLink
 from arjuna_sim.files.xml_file import UNLIMITED, XmlFile
 from arjuna_sim.model.entities import bounds
 from arjuna_sim.model.geometry.shapes import Kind
+from arjuna_sim.model.geometry.thickness import numbered
 from arjuna_sim.model.urdf import Hinge
 
 
@@ -209,11 +208,8 @@ def _joined(links: list[SdfLink], pairs: list[tuple[int, int]], jointed: set[int
         pairs: Indices of links that joints hold together; below 0 for the world.
         jointed: Those that any joint connects, which do not join by overlapping.
     """
-    edges = [pair for pair in pairs if min(pair) >= 0]
-    loose = _overlaps(links, jointed)
-    rows, columns = np.vstack((np.array(edges, np.int64).reshape(-1, 2), loose)).T
-    graph = coo_array((np.ones(len(rows)), (rows, columns)), shape=(len(links), len(links)))
-    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+    held = np.array([pair for pair in pairs if min(pair) >= 0], np.int64).reshape(-1, 2)
+    return numbered(np.vstack((held, _overlaps(links, jointed))), len(links))
 
 
 def _overlaps(links: list[SdfLink], jointed: set[int]) -> Ints:

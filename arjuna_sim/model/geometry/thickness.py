@@ -19,11 +19,15 @@ def groups(labels: Ints) -> list[Ints]:
     return np.split(order, np.flatnonzero(np.diff(labels[order])) + 1)
 
 
+def numbered(pairs: Ints, count: int) -> Ints:
+    """Return a number for each item, the same for those that pairs `(P, 2)` join."""
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
+    return np.asarray(connected_components(graph, directed=False)[1], np.int64)
+
+
 def joined(pairs: Ints, count: int) -> list[Ints]:
     """Return the groups of items that pairs `(P, 2)` join, in the order of their first ones."""
-    ends = (pairs[:, 0], pairs[:, 1])
-    graph = coo_array((np.ones(len(pairs)), ends), shape=(count, count))
-    return groups(connected_components(graph, directed=False)[1])
+    return groups(numbered(pairs, count))
 
 
 def edges(faces: Ints) -> tuple[Ints, Bools, bool]:
@@ -59,7 +63,7 @@ def outward(triangles: Floats, pairs: Ints, alike: Bools, is_closed: bool) -> Fl
         is_closed: Whether they enclose something.
     """
     count = len(triangles)
-    graph = coo_array((np.ones(len(pairs)), (pairs[:, 0], pairs[:, 1])), shape=(count, count))
+    graph = coo_array((np.ones(len(pairs)), pairs.T), shape=(count, count))
     odd = {(int(a), int(b)) for a, b in np.concatenate((pairs[alike], pairs[alike, ::-1]))}
     turned = np.zeros(count, np.bool_)
     if odd:

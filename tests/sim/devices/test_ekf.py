@@ -48,30 +48,6 @@ def test_a_robot_that_still_rocks_when_its_wheels_stand_teaches_no_bias() -> Non
     assert estimate.T_odom_base.theta == pytest.approx(rates.sum() * DT, abs=0.01)
 
 
-@pytest.mark.parametrize("bias", [0.0, 0.01])
-def test_a_square_is_never_worse_than_by_the_gyro_alone(bias: float) -> None:
-    """20 m of straights, turns and rests: the mean error over seeds, with a margin for luck."""
-    errors = np.array([_square(bias, 1.0, seed) for seed in range(5)])
-    fused, gyro = np.sqrt((errors**2).mean(axis=0))
-    assert fused < 1.2 * gyro + math.radians(0.05)
-
-
-def _square(bias: float, rest: float, seed: int) -> tuple[float, float]:
-    """Return the heading's error [rad] by the filter and by the gyro's sum."""
-    filter_, rng = FusedOdometry(FusedOdometryConfig()), np.random.default_rng(seed)
-    truth = by_gyro = 0.0
-    stands = 0.0, 0.0, rest
-    legs = (0.5, 0.0, 10.0), stands, (0.0, 0.8, math.pi / 2 / 0.8), stands
-    for v, w, seconds in (stands, *legs * 4):
-        for _ in range(round(seconds / DT)):
-            rate = w + bias + 0.002 * rng.standard_normal()
-            truth, by_gyro = truth + w * DT, by_gyro + rate * DT
-            filter_.predict(DT)
-            filter_.wheels(v, 1.05 * w)
-            filter_.gyro(rate, 0.002**2)
-    return wrap(filter_.estimate.T_odom_base.theta - truth), wrap(by_gyro - truth)
-
-
 def _drive(seed: int, imu: ImuConfig | None = None) -> tuple[float, float, float]:
     """Drive about; return the heading's error by wheels, by the filter, and its sigma [rad]."""
     sim = simulator(config=SimulatorConfig(imu=imu or ImuConfig()), seed=seed)

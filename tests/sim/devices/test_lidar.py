@@ -18,7 +18,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 from arjuna_sim.physics.robot_motion import Truth
 from arjuna_sim.simulation import Simulation
-from tests.sim.builders import ROBOT, ROOM, edited, first, run, simulator
+from tests.sim.builders import ROBOT, ROOM, edited, first, run, saved_world, simulator, static
 
 NOISELESS = SimulatorConfig(lidar=LidarConfig(noise=0.0))
 SWEEPING = SimulatorConfig(lidar=LidarConfig(noise=0.0, sweep=True))
@@ -48,11 +48,7 @@ class Solid:
             for tag, value in zip(tags[self.kind], values, strict=True)
         )
         pose = " ".join(map(str, (*self.xyz, *self.rpy)))
-        return (
-            f"<model name='{name}'><static>1</static>"
-            f"<pose>{pose}</pose><link name='l'><collision name='c'><geometry>"
-            f"<{self.kind}>{inner}</{self.kind}></geometry></collision></link></model>"
-        )
+        return static(name, f"<{self.kind}>{inner}</{self.kind}>", pose)
 
     def distances(
         self, start: NDArray[np.float64], rays: NDArray[np.float64]
@@ -98,11 +94,7 @@ SOLIDS = (
 
 
 def _world(folder: Path) -> Path:
-    path = folder / "solids.world"
-    ground = "<include><uri>model://ground_plane</uri></include>"
-    models = "".join(solid.sdf(f"m{i}") for i, solid in enumerate(SOLIDS))
-    path.write_text(f"<sdf version='1.6'><world name='w'>{ground}{models}</world></sdf>")
-    return path
+    return saved_world(folder, "".join(solid.sdf(f"m{i}") for i, solid in enumerate(SOLIDS)))
 
 
 def _exact(

@@ -8,7 +8,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
 
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
@@ -26,34 +25,6 @@ def _scan(sim: Simulation) -> Scan:
         scan = sim.drive().scan
         if scan is not None:
             return scan
-
-
-def _exact(segments: NDArray[np.float64], pose: SE2, angles: NDArray[np.float64]) -> list[float]:
-    """Intersect rays from a pose with line segments by algebra."""
-    ranges = []
-    for angle in angles + pose.theta:
-        ray = np.array([math.cos(angle), math.sin(angle)])
-        start = segments[:, :2] - (pose.x, pose.y)
-        along = segments[:, 2:] - segments[:, :2]
-        cross = ray[0] * along[:, 1] - ray[1] * along[:, 0]
-        with np.errstate(divide="ignore", invalid="ignore"):
-            distance = (start[:, 0] * along[:, 1] - start[:, 1] * along[:, 0]) / cross
-            position = (start[:, 0] * ray[1] - start[:, 1] * ray[0]) / cross
-        hit = (position >= 0.0) & (position <= 1.0) & (distance > 0.0)
-        ranges.append(float(distance[hit].min()) if hit.any() else math.inf)
-    return ranges
-
-
-@pytest.mark.parametrize("pose", [SE2(0.0, 0.0, 0.0), SE2(-3.2, 1.1, 2.5), SE2(3.9, 3.7, -0.4)])
-def test_noiseless_scan_matches_exact_geometry_within_a_millimetre(pose: SE2) -> None:
-    sim = simulator(ROOM, SimulatorConfig(lidar=LidarConfig(noise=0.0)), spawn=pose)
-    scan = _scan(sim)
-    exact = np.array(_exact(sim.robot.surfaces(), sim.robot.truth().pose, scan.angles))
-    assert len(scan.ranges) == 360
-    error = np.abs(scan.ranges - exact)
-    # A beam that grazes a box's corner sees either side of it.
-    assert np.sort(error)[-5] < 1e-3
-    assert np.median(error) < 1e-4
 
 
 def test_surfaces_of_the_room_are_its_walls_and_boxes() -> None:

@@ -19,13 +19,13 @@ POLYGONS = "<polygons count='2'>{input}<p>0 1 2 3</p><p>0 1 2</p></polygons>"
 VERTEX = "<input semantic='VERTEX' source='#v' offset='0'/>"
 
 
-def file(faces: str, nodes: str, numbers: str = "", library: str = "") -> bytes:
+def file(faces: str, nodes: str, numbers: str = "", library: str = "", asset: str = "") -> bytes:
     """Return a file of one square in faces of some form, placed by nodes."""
     numbers = numbers or " ".join(str(value) for value in SQUARE.ravel())
     count = len(numbers.split())
     params = "".join(f"<param name='{name}' type='float'/>" for name in "XYZ")
     return f"""<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset/><library_geometries><geometry id="g" name="plate"><mesh>
+<asset>{asset}</asset><library_geometries><geometry id="g" name="plate"><mesh>
 <source id="p"><float_array id="a" count="{count}">{numbers}</float_array><technique_common>
 <accessor source="#a" count="{count // 3}" stride="3">{params}</accessor>
 </technique_common></source>
@@ -47,6 +47,11 @@ def node(
     positions: str = "", inside: str = "<instance_geometry url='#g'/>", name: str = "n"
 ) -> str:
     return f"<node id='{name}' name='{name}'>{positions}{inside}</node>"
+
+
+def test_it_is_in_metres_and_keeps_its_axes() -> None:
+    asset = "<unit meter='0.5'/><up_axis>Y_UP</up_axis>"
+    np.testing.assert_array_equal(read_collada(file(TRIANGLES, node(), asset=asset)), HALVES / 2)
 
 
 @pytest.mark.parametrize("faces", [POLYLIST, POLYGONS])

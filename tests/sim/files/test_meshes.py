@@ -19,25 +19,14 @@ from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.convex_pieces import hull, pieces
 from arjuna_sim.model.geometry.walls import surfaces
-from tests.sim.builders import run, simulator
+from tests.sim.builders import run, saved_world, simulator
+from tests.sim.world_cases import stl as binary_stl
+from tests.sim.world_cases import write_stl
 
 _RING = ((-1, -1), (1, -1), (1, 1), (-1, 1))
-DAE = """<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">
-<asset><unit meter="0.5"/><up_axis>Y_UP</up_axis></asset>
-<library_geometries><geometry id="g"><mesh>
-  <source id="p"><float_array id="a" count="{count}">{numbers}</float_array>
-    <technique_common><accessor source="#a" count="{corners}" stride="3">
-      <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
-    </accessor></technique_common></source>
-  <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-  <triangles count="{faces}"><input semantic="VERTEX" source="#v" offset="0"/>
-    <p>{order}</p></triangles>
-</mesh></geometry></library_geometries>
-<library_visual_scenes><visual_scene id="s"><node><translate>2 0 0</translate>
-  <instance_geometry url="#g"/></node></visual_scene></library_visual_scenes></COLLADA>"""
-WORLD = """<sdf version="1.6"><world name="w"><model name="hall"><static>true</static>
+HALL = """<model name="hall"><static>true</static>
 <link name="l"><collision name="c"><geometry><mesh><uri>hall.stl</uri><scale>2 2 1</scale></mesh>
-</geometry></collision></link></model></world></sdf>"""
+</geometry></collision></link></model>"""
 
 
 def _prism(height: float = 1.0) -> NDArray[np.float64]:
@@ -49,29 +38,11 @@ def _prism(height: float = 1.0) -> NDArray[np.float64]:
     return np.array(faces, np.float64)
 
 
-def _binary_stl(triangles: NDArray[np.float64]) -> bytes:
-    faces = [struct.pack("<12fH", 0, 0, 0, *face.ravel(), 0) for face in triangles]
-    return bytes(80) + struct.pack("<I", len(triangles)) + b"".join(faces)
-
-
-def test_collada_is_in_metres_placed_by_nodes_and_keeps_its_axes(tmp_path: Path) -> None:
-    points = _prism().reshape(-1, 3)
-    text = DAE.format(
-        count=points.size,
-        corners=len(points),
-        numbers=" ".join(str(v) for v in (points * 2 - (2, 0, 0)).ravel()),
-        faces=len(points) // 3,
-        order=" ".join(str(i) for i in range(len(points))),
-    )
-    (tmp_path / "mesh.dae").write_text(text, encoding="utf-8")
-    assert np.allclose(read_skinned(tmp_path / "mesh.dae")[0], _prism())
-
-
 @pytest.mark.parametrize(
     ("name", "content", "problem"),
     [
         ("a.stl", b"solid nothing\nendsolid", "has no triangles"),
-        ("a.stl", _binary_stl(np.full((1, 3, 3), np.nan)), "must be finite"),
+        ("a.stl", binary_stl(np.full((1, 3, 3), np.nan)), "must be finite"),
         ("a.dae", b"<COLLADA><asset>", "line 1: is broken XML"),
         ("a.dae", b"<!DOCTYPE a [<!ENTITY b 'c'>]><COLLADA/>", "declares a DTD or entities"),
     ],
@@ -112,10 +83,8 @@ def test_large_mesh_is_split_in_a_moment_and_little_memory() -> None:
 
 
 def test_robot_drives_inside_a_hollow_mesh_until_it_meets_its_wall(tmp_path: Path) -> None:
-    inward = _prism()[:, ::-1]
-    (tmp_path / "hall.stl").write_bytes(_binary_stl(inward))
-    path = tmp_path / "hall.world"
-    path.write_text(WORLD, encoding="utf-8")
+    write_stl(tmp_path / "hall.stl", _prism()[:, ::-1])
+    path = saved_world(tmp_path, HALL)
     cut = surfaces(load_world(path), 0.28)
     assert sorted(np.unique(np.abs(cut).max(axis=1)).tolist()) == [2.0]
     sim = simulator(path, spawn=SE2(-1.0, 0.0, 0.0))

@@ -86,14 +86,6 @@ REFUSED: dict[str, tuple[str, str]] = {
         r"Undefined parameters \[a\]; a call of its macro must give it a value",
     ),
     "expression.xacro": (macros("<link name='${1 +}'/>"), r"invalid syntax.*in \$\{\} is Python"),
-    "itself.xacro": (
-        macros("<xacro:include filename='itself.xacro'/><link name='a'/>"),
-        r"'.*itself\.xacro' includes itself",
-    ),
-    "endless.xacro": (
-        macros("<xacro:macro name='m'><xacro:m/></xacro:macro><xacro:m/>"),
-        "macros or includes call themselves without end",
-    ),
     "no_limit.urdf": (
         robot(PARTS + STEER.format("")),
         "joint 'steer': lacks <limit>; valid: its lower and upper, or type 'continuous'",
@@ -123,6 +115,10 @@ REFUSED: dict[str, tuple[str, str]] = {
         "joint 'j': link 'r' has two parents, 'base' and 'l'; one is valid",
     ),
     "twice.urdf": (robot(PARTS + "<link name='l'/>"), "link 'l': is there twice; each .* once"),
+    "joint_twice.urdf": (
+        robot(old="name='r_joint'", new="name='l_joint'"),
+        "joint 'l_joint': is there twice",
+    ),
     "kind.urdf": (
         robot(old="'continuous'", new="'rotational'"),
         "joint 'l_joint': type 'rotational' is not simulated; valid: .*continuous",
@@ -132,6 +128,8 @@ REFUSED: dict[str, tuple[str, str]] = {
         "joint 'l_joint': axis must not be zero; valid: as 0 0 1",
     ),
     "nan.urdf": (robot(old="value='5'", new="value='nan'"), "'base' inertial mass: 'nan' must be"),
+    "heavy.urdf": (robot(old="value='5'", new="value='1e9'"), "inertial mass.*valid: 0 to 1e.07"),
+    "inertia.urdf": (robot(old="ixx='0.01'", new="ixx='nan'"), "'base' inertial ixx.*finite"),
     "light.urdf": (robot(old="value='5'", new="value='-5'"), "mass: weighs -5 kg; valid: 0 to"),
     "word.urdf": (robot(old="0 0.2 0", new="0 left 0"), "'0 left 0' is not 3 numbers"),
     "two.urdf": (robot(old="0 0.2 0", new="0 0.2"), r"has 2 numbers \('0 0\.2'\); valid: 3"),
@@ -145,6 +143,11 @@ REFUSED: dict[str, tuple[str, str]] = {
     "cut_off.urdf": (robot()[:-40], "is broken XML: .* it ends too early: fetch or save it again"),
     "empty.urdf": (" ", "is empty; valid: XML"),
     "page.urdf": ("<!DOCTYPE html><html>404</html>", "is a web page .*; download the file itself"),
+    "stage.urdf": (
+        "# a world of Stage\n",
+        r"line 1: is no XML: it begins with '# a world of Stage",
+    ),
+    "binary.urdf": ("".join(map(chr, range(128))), "is no XML: it begins with"),
     "pointer.urdf": (
         "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n",
         "is a pointer of Git LFS; 'git lfs pull' .* fetches the file",
@@ -171,6 +174,9 @@ NOTED: dict[str, tuple[str, str]] = {
         world(MODEL.format("", BOX.replace("1 1 1", "1 0 1"))),
         "model 'm' collision <size>: '1 0 1' must be above zero",
     ),
+    "nan.world": (world(MODEL.format("<pose>nan 0 0 0 0 0</pose>", BOX)), "'m' pose.*finite"),
+    "no_size.world": (world(MODEL.format("", "<box/>")), "<box> lacks <size>"),
+    "blink.world": (world(MODEL.format("<blink/>", BOX)), "model 'm': <blink>: not simulated"),
     "mesh.world": (
         world(MODEL.format("", "<mesh><uri>model://house/wall.dae</uri></mesh>")),
         "mesh 'model://house/wall.dae' does not exist.*; --model-path DIR finds it below DIR",

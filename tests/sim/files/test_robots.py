@@ -15,6 +15,7 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.robot import RobotModel
 from tests.sim.builders import run, simulator, texts
+from tests.sim.robot_files import tags
 
 INERTIAL = '<inertial><mass value="{}"/><inertia ixx="0.01" iyy="0.01" izz="0.01"/></inertial>'
 BASE = f"""<link name="base">{INERTIAL.format(2)}
@@ -149,21 +150,10 @@ def test_a_drive_publishes_its_wheels_beside_the_joints_of_another_plugin(
     """As on a robot whose other plugin names the joints of its arm alone."""
     plugin = "<gazebo><plugin name='j' filename='libgazebo_ros_joint_state_publisher.so'>{}"
     named = "<joint_name>front_left_wheel_joint</joint_name></plugin></gazebo>"
-    sides = "".join(
-        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
-        for end in ("front", "rear")
-        for side in ("left", "right")
-    )
-    drive = f"<plugin name='d' filename='libgazebo_ros_diff_drive.so'>{sides}<{flag}>true</{flag}>"
-    text = FOUR + plugin.format(named) + f"<gazebo>{drive}</plugin></gazebo>"
+    inside = f"{tags.sides('front', 'rear')}<{flag}>true</{flag}>"
+    text = FOUR + plugin.format(named) + tags.plugin("libgazebo_ros_diff_drive.so", inside)
     reported = _load(tmp_path, text).settings.reported
     assert len(set(reported)) == (1 if flag == "publish_odom" else 4)
-
-
-def test_light_robot_on_two_wide_wheels_turns_as_its_wheels_do(tmp_path: Path) -> None:
-    sim = simulator(robot=_robot(tmp_path, TWO))
-    run(sim, 1.0, Velocity(yaw_rate=0.5))
-    assert run(sim, 2.0, Velocity(yaw_rate=0.5)).truth.w == pytest.approx(0.5, rel=0.07)
 
 
 CONTROLLERS = """

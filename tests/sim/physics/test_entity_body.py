@@ -120,6 +120,7 @@ def test_a_cart_rolls_on_its_wheels(wheels: str, rolls: bool, tmp_path: Path) ->
     model = f"<model name='cart'><pose>2 0 0 0 0 0</pose>{inside}</model>"
     sim = simulator(saved_world(tmp_path, GROUND + model))
     run(sim, 0.5)
+    assert sim.stage.motion("cart").pose.position == pytest.approx((2.0, 0.0, 0.25), abs=0.01)
     sim.stage.push("cart", np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     run(sim, 2.0, Velocity())
     assert (sim.stage.motion("cart").pose.position[0] - 2.0 > 0.3) is rolls

@@ -20,7 +20,7 @@ from arjuna_sim.model.robot import SOLO
 from arjuna_sim.model.world import Body, World
 from arjuna_sim.physics.placing import Placer
 from arjuna_sim.simulation import Simulation, solo
-from tests.sim.builders import ROBOT, run, simulator
+from tests.sim.builders import ROBOT, run, saved_world, simulator, static
 from tests.sim.generated import Chassis, level, slope
 from tests.sim.start_cases import WORLDS, Ground, start_case
 
@@ -70,18 +70,14 @@ def test_it_lies_on_a_slope_at_any_heading(degrees: float, turn: float) -> None:
     assert above == pytest.approx(ride / math.cos(angle), abs=2e-3)
 
 
-BOX = """<model name='{name}'><static>1</static><pose>{place} 0 0 0</pose><link name='l'>
-<collision name='c'><geometry><box><size>{size}</size></box></geometry></collision></link>
-</model>"""
 AWAY = SE2(30.0, 0.0, 0.0)
 
 
 def among(folder: Path, *boxes: tuple[str, str, str]) -> Placer:
     """Return a placer of the shipped robot among boxes, each a name, a position and a size."""
-    path = folder / "boxes.world"
-    inside = "".join(BOX.format(name=name, place=at, size=size) for name, at, size in boxes)
-    path.write_text(f"<sdf version='1.6'><world name='w'>{inside}</world></sdf>")
-    return Placer(simulator(path, spawn=AWAY).stage, SOLO)
+    box = "<box><size>{}</size></box>"
+    inside = "".join(static(name, box.format(size), f"{at} 0 0 0") for name, at, size in boxes)
+    return Placer(simulator(saved_world(folder, inside), spawn=AWAY).stage, SOLO)
 
 
 def test_what_it_would_touch_is_named_and_it_stands_there_all_the_same(tmp_path: Path) -> None:

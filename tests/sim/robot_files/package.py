@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import numpy as np
+import trimesh
 
 from tests.sim.robot_files.drives import controllers, drive_tag
 from tests.sim.robot_files.options import RobotFile
 from tests.sim.robot_files.parts import base, caster, steered, wheel
+from tests.sim.world_cases import stl
 
 _MANIFEST = "<package format='3'><name>made_description</name></package>"
 _MACROS = """<robot xmlns:xacro='http://www.ros.org/wiki/xacro'>
@@ -38,7 +39,8 @@ def write(robot: RobotFile, folder: Path) -> Path:
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
     (package / "meshes").mkdir(exist_ok=True)
-    (package / "meshes" / "unit.stl").write_bytes(_unit_wheel())
+    unit = trimesh.creation.cylinder(0.5, 1.0, sections=48)  # about z
+    (package / "meshes" / "unit.stl").write_bytes(stl(unit.triangles))
     return package / "urdf" / f"made.{ending}"
 
 
@@ -59,20 +61,3 @@ def _text(robot: RobotFile) -> str:
         "<xacro:include filename='$(find made_description)/urdf/inc/wheel.xacro'/>"
         f"{''.join(parts)}</robot>"
     )
-
-
-def _unit_wheel(corners: int = 48) -> bytes:
-    """Return a cylinder about z of diameter and height 1 as a binary STL."""
-    turn = 2.0 * np.pi * np.arange(corners) / corners
-    ring = np.column_stack((0.5 * np.cos(turn), 0.5 * np.sin(turn)))
-    low, high = (np.column_stack((ring, np.full(corners, z))) for z in (-0.5, 0.5))
-    after = np.roll(np.arange(corners), -1)
-    faces = [
-        *((low[i], low[j], high[j]) for i, j in enumerate(after)),
-        *((low[i], high[j], high[i]) for i, j in enumerate(after)),
-        *((high[0], high[i], high[j]) for i, j in enumerate(after)),
-        *((low[0], low[j], low[i]) for i, j in enumerate(after)),
-    ]
-    records = np.zeros(len(faces), np.dtype([("n", "<3f4"), ("p", "<9f4"), ("a", "<u2")]))
-    records["p"] = np.array(faces, np.float32).reshape(len(faces), 9)
-    return bytes(80) + len(faces).to_bytes(4, "little") + records.tobytes()

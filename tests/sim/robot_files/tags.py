@@ -30,9 +30,18 @@ def box_inertia(mass: float, x: float = 0.05, y: float = 0.05, z: float = 0.05) 
     return f"<inertia ixx='{a}' ixy='0' ixz='0' iyy='{b}' iyz='0' izz='{c}'/>"
 
 
-def plugin(file: str, inside: str) -> str:
+def plugin(file: str, inside: str = "") -> str:
     """Return a plugin's tag."""
     return f"<gazebo><plugin filename='{file}' name='drive'>{inside}</plugin></gazebo>"
+
+
+def sides(*ends: str) -> str:
+    """Return the tags by which a plugin names the wheels of both sides, at ends of a robot."""
+    return "".join(
+        f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
+        for end in ends
+        for side in ("left", "right")
+    )
 
 
 def transmission(joint: str) -> str:

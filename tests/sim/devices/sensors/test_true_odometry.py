@@ -15,6 +15,7 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts
+from tests.sim.robot_files.tags import sides
 
 P3D, GZ = "libgazebo_ros_p3d.so", "gz-sim-odometry-publisher-system"
 
@@ -59,10 +60,7 @@ def test_tags_say_topic_frames_and_rate(
 @pytest.mark.parametrize("system", ["sensors", "imu", "contact", "user-commands"])
 def test_one_that_names_wheels_is_no_second_drive(tmp_path: Path, system: str) -> None:
     """A car's file named its wheels there too, and had the world's systems beside its own."""
-    sides = "".join(
-        f"<{side}_joint>rear_{side}_wheel_joint</{side}_joint>" for side in ("left", "right")
-    )
-    own = cases.plugin(GZ, sides), cases.plugin(f"gz-sim-{system}-system")
+    own = cases.plugin(GZ, sides("rear")), cases.plugin(f"gz-sim-{system}-system")
     path = robot_of(tmp_path, *own, drive=cases.car("gz"))
     assert len(settings_of(path)) == 1
     drive = load_robot(path, SearchPath()).drive

@@ -26,13 +26,10 @@ from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 from tests.sim import drive_cases as cases
 from tests.sim.builders import run, simulator, texts, urdf_file
 from tests.sim.files.test_robots import FOUR, LEFT, _robot
+from tests.sim.robot_files.tags import sides
 from tests.sim.wheeled import NAMES, wheeled
 
-SIDES = "".join(
-    f"<{side}_joint>{end}_{side}_wheel_joint</{side}_joint>"
-    for end in ("front", "rear")
-    for side in ("left", "right")
-)
+SIDES = sides("front", "rear")
 
 
 @pytest.mark.parametrize(

@@ -9,12 +9,11 @@ import pytest
 
 from arjuna_core.errors import WorldError
 from arjuna_core.pose3 import ORIGIN, Pose3
-from arjuna_core.twist import Velocity
 from arjuna_sim.files.sdf.frames import Scope, base_of, raw_pose
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.world import World
-from tests.sim.builders import run, simulator, texts
+from tests.sim.builders import run, saved_world, simulator, texts
 
 AT = "<pose>{} 0 0 0 0 0</pose>"
 
@@ -204,11 +203,7 @@ def _joint(kind: str, parent: str, child: str, inside: str = "") -> str:
 
 def _world(folder: Path, inside: str) -> Path:
     ground = "<include><uri>model://ground_plane</uri></include>"
-    path = folder / "made.world"
-    path.write_text(
-        f"<sdf version='1.10'><world name='w'>{ground}{inside}</world></sdf>", encoding="utf-8"
-    )
-    return path
+    return saved_world(folder, ground + inside)
 
 
 def _read(folder: Path, inside: str) -> World:
@@ -241,27 +236,6 @@ def test_a_joint_of_two_that_move_is_left_out_by_name(tmp_path: Path) -> None:
     world = _read(tmp_path, models + _joint("fixed", "a::l", "b::l"))
     assert "joint 'j': connects no model to what stands fast: not simulated" in texts(world.notes)
     assert set(world.movable) == {"a", "b"}
-
-
-def test_a_cart_on_wheels_rests_and_is_pushed(tmp_path: Path) -> None:
-    box = "<collision name='c'><geometry><box><size>0.4 0.3 0.2</size></box></geometry></collision>"
-    disc = "<geometry><cylinder><radius>0.1</radius><length>0.04</length></cylinder></geometry>"
-    light = _INERTIAL.replace("4", "0.2")
-    wheels = "".join(
-        f"<link name='w{i}'><pose>{x} {y} 0.1 1.5708 0 0</pose>{light}<collision name='c'>{disc}"
-        f"</collision></link><joint name='j{i}' type='revolute'><parent>l</parent>"
-        f"<child>w{i}</child><axis><xyz>0 0 1</xyz></axis></joint>"
-        for i, (x, y) in enumerate([(0.15, 0.2), (0.15, -0.2), (-0.15, 0.2), (-0.15, -0.2)])
-    )
-    body = f"<link name='l'><pose>0 0 0.25 0 0 0</pose>{light}{box}</link>"
-    model = f"<model name='cart'><pose>1 0 0 0 0 0</pose>{body}{wheels}</model>"
-    sim = simulator(_world(tmp_path, model))
-    assert not texts(sim.world.notes)
-    run(sim, 1.0)
-    start = sim.stage.motion("cart").pose.position
-    assert start == pytest.approx((1.0, 0.0, 0.25), abs=0.01)
-    run(sim, 4.0, Velocity(0.4))
-    assert sim.stage.motion("cart").pose.position[0] > start[0] + 0.1
 
 
 def test_a_joint_whose_link_does_not_exist_costs_no_model(tmp_path: Path) -> None:

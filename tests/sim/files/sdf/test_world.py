@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import re
-from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
+import trimesh
 from PIL import Image
 
 from arjuna_core.twist import Velocity
@@ -157,21 +157,8 @@ def test_world_with_a_flat_mesh_loads_and_the_robot_meets_it(tmp_path: Path) -> 
 
 
 def test_heavy_mesh_of_many_faces_stands_and_so_does_the_robot(tmp_path: Path) -> None:
-    angles = np.linspace(0, 2 * np.pi, 61)
-    rim = np.column_stack((np.cos(angles), np.sin(angles)))
-    faces = []
-    for inner, outer, low, high in ((0.4, 0.9, 0.0, 0.5), (0.4, 0.9, 0.5, 1.0)):
-        for (ax, ay), (bx, by) in pairwise(rim):
-            for r, flip in ((inner, 1), (outer, -1)):
-                a, b = (r * ax, r * ay), (r * bx, r * by)
-                quad = [(*a, low), (*b, low), (*b, high), (*a, high)][::flip]
-                faces += [(quad[0], quad[1], quad[2]), (quad[0], quad[2], quad[3])]
-            for z, flip in ((low, -1), (high, 1)):
-                ring = [(r * x, r * y, z) for r, x, y in ((inner, ax, ay), (outer, ax, ay))]
-                ring += [(outer * bx, outer * by, z), (inner * bx, inner * by, z)]
-                ring = ring[::flip]
-                faces += [(ring[0], ring[1], ring[2]), (ring[0], ring[2], ring[3])]
-    write_stl(tmp_path / "ring.stl", np.array(faces))
+    ring = trimesh.creation.annulus(0.4, 0.9, 1.0, sections=60).triangles
+    write_stl(tmp_path / "ring.stl", np.add(ring, (0.0, 0.0, 0.5)))
     mass = "<inertial><mass>400</mass></inertial>"
     link = _link(STL.format("ring.stl"), inertial=mass)
     pose = "<pose>3 0 0.01 0 0 0</pose>"
