@@ -133,7 +133,6 @@ class McapWriter(FileWriter):
     """One mcap file that is being written.
 
     Args:
-        chunk_size: Bytes that a chunk gathers before it is compressed and written.
         preset: A preset of rosbag2_storage_mcap.
         settings: Its settings, which come before the preset's.
     """
@@ -145,12 +144,11 @@ class McapWriter(FileWriter):
     def __init__(
         self,
         path: Path,
-        chunk_size: int = 4 * 1024 * 1024,
         preset: str = "none",
         settings: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(path)
-        options: dict[str, Any] = {"chunk_size": chunk_size}
+        options: dict[str, Any] = {"chunk_size": 4 * 1024 * 1024}
         for name, value in {**_PRESETS[preset], **(settings or {})}.items():
             try:
                 options |= _OPTIONS[name](value)
