@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
+from arjuna_core.files.input_file import is_xml
+from bringup.parameters.foreign.launch_file import LaunchFile
 
 _NAVIGATION = """<?xml version="1.0"?>
 <launch>
@@ -118,7 +119,7 @@ def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
 def test_a_file_that_cannot_be_used_is_refused(text: str, problem: str, tmp_path: Path) -> None:
     path = tmp_path / "a.launch"
     path.write_text(text, encoding="utf-8")
-    assert is_launch_file(path)
+    assert is_xml(path)
     with pytest.raises(InputFileError, match=problem):
         LaunchFile(path)
 
@@ -135,6 +136,6 @@ def test_a_hundred_files_are_read_and_no_more(tmp_path: Path) -> None:
 
 def test_yaml_is_no_launch_file(tmp_path: Path) -> None:
     path = tmp_path / "a.launch"
-    assert not is_launch_file(path)
+    assert not is_xml(path)
     path.write_text("amcl: {max_particles: 80}", encoding="utf-8")
-    assert not is_launch_file(path)
+    assert not is_xml(path)
