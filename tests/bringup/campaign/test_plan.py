@@ -10,6 +10,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup.campaign.inputs import ELSEWHERE, Inputs, inputs_of
 from bringup.campaign.plan import FOLDER, Campaign, CampaignError, Level, load_campaign, runs_of
+from tests.helpers.files import written
 
 GOOD = """
 command: bench goals --json {folder}/r.json
@@ -23,14 +24,8 @@ factors:
 """
 
 
-def _file(folder: Path, text: str) -> Path:
-    path = folder / "made.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
-    campaign = load_campaign(_file(tmp_path, GOOD))
+    campaign = load_campaign(written(tmp_path, GOOD))
     runs = runs_of(campaign)
     assert [run.name for run in runs] == ["0_3_room", "1_3_office", "2_4_room", "3_4_office"]
     assert runs[2].levels == {"seed": "4", "place": "room"}
@@ -61,11 +56,11 @@ def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
 )
 def test_mistakes_are_named(old: str, new: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=message.replace("{", "\\{").replace("[", "\\[")):
-        load_campaign(_file(tmp_path, GOOD.replace(old, new)))
+        load_campaign(written(tmp_path, GOOD.replace(old, new)))
 
 
 def test_a_level_can_be_added(tmp_path: Path) -> None:
-    campaign = load_campaign(_file(tmp_path, GOOD + "compare: place\n"))
+    campaign = load_campaign(written(tmp_path, GOOD + "compare: place\n"))
     more = campaign.with_level("place", "mine", ["world=my.world", "param=a:=b=c"])
     assert campaign.conditions == []
     assert len(runs_of(more)) == 6
@@ -93,7 +88,7 @@ def test_shipped_files_are_found_anywhere(tmp_path: Path, monkeypatch: pytest.Mo
 def test_too_many_runs_are_refused(tmp_path: Path) -> None:
     text = GOOD.replace("count: 2", "count: 1000000000")
     with pytest.raises(ArjunaError, match="more than 100000 runs"):
-        runs_of(load_campaign(_file(tmp_path, text)))
+        runs_of(load_campaign(written(tmp_path, text)))
 
 
 @pytest.mark.parametrize("path", sorted(shipped_file("campaigns").glob("*.yaml")), ids=str)

@@ -29,6 +29,7 @@ from bringup.stack import (
     WORLD_GROUP,
     with_further,
 )
+from tests.helpers.files import written
 from tests.sim.drive_cases import car
 
 pytestmark = pytest.mark.ros
@@ -80,11 +81,11 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
     robot = tmp_path / "other.urdf"
     text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
     robot.write_text(text.replace("base_footprint", "chassis"), encoding="utf-8")
-    file = tmp_path / "other.yaml"
-    file.write_text(
+    file = written(
+        tmp_path,
         "{amcl: {ros__parameters: {base_frame_id: lidar_link}},"
         " explorer: {ros__parameters: {costmap: {robot_radius: 0.4}}}}",
-        encoding="utf-8",
+        "other.yaml",
     )
     parameters = gather(parse(["demo", "--robot", str(robot), "--params", str(file)]))
     assert parameters["slam_toolbox"]["base_frame"] == "chassis"
@@ -241,8 +242,7 @@ def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
 
 
 def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
-    file = tmp_path / "plain.yaml"
-    file.write_text("sim: {ros__parameters: {standard_topics: true}}", encoding="utf-8")
+    file = written(tmp_path, "sim: {ros__parameters: {standard_topics: true}}")
     given = ["demo", "--robot", "urdf/udacity_bot.xacro", "--params", str(file)]
     amcl = gather(parse(given))["amcl"]
     assert "scan_topic" not in amcl
@@ -284,8 +284,7 @@ def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_steered_robot_drives_in_bends_unless_a_file_says_otherwise(
     given: str, planner: str, turns: bool, tmp_path: Path
 ) -> None:
-    file = tmp_path / "own.yaml"
-    file.write_text(given or "{}")
+    file = written(tmp_path, given or "{}")
     command = ["demo", "--robot", "tests/bench/car/car.urdf", "--params", str(file)]
     found = gather(parse(command))
     drives, plans = found["controller_server"], found["planner_server"]
@@ -306,8 +305,7 @@ def test_a_steered_robot_drives_in_bends_unless_a_file_says_otherwise(
 def test_a_file_that_says_otherwise_of_a_robots_steering_is_reported(
     robot: str, word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "tight.yaml"
-    file.write_text("behavior_server: {ros__parameters: {min_turning_radius: 0.2}}")
+    file = written(tmp_path, "behavior_server: {ros__parameters: {min_turning_radius: 0.2}}")
     given = gather(parse(["demo", "--robot", robot, "--params", str(file)]))
     assert given["behavior_server"]["min_turning_radius"] == 0.2
     assert word in capsys.readouterr().err

@@ -19,6 +19,7 @@ from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Kind
 from bringup.parameters.sources import keys_by_name
 from bringup.stack import DEMO_GROUPS, EKF, LOCAL_COSTMAP
+from tests.helpers.files import written
 from tests.helpers.nav.stock_files import FILES
 from tests.sim.drive_cases import mecanum
 
@@ -91,8 +92,9 @@ def test_a_robot_explores_as_far_from_things_as_its_lidar_sees(
 ) -> None:
     """Sent to 15 m from all there was, one whose lidar saw 3.5 m no longer knew where it was."""
     text = shipped_file("urdf/burger.urdf").read_text(encoding="utf-8")
-    file = tmp_path / "burger.urdf"
-    file.write_text(text.replace("<max>3.5</max>", f"<max>{sight}</max>", 1), encoding="utf-8")
+    file = written(
+        tmp_path, text.replace("<max>3.5</max>", f"<max>{sight}</max>", 1), "burger.urdf"
+    )
     key, words = "exploration.max_open_distance", ["demo", "--robot", str(file)]
     given = gather(parse(words))["explorer"]
     assert given.get(key, ExplorationConfig.max_open_distance) == most
@@ -213,8 +215,7 @@ def with_names(folder: Path, what: str, name: str, **further: Any) -> tuple[str,
                 name
             )
             wanted |= {f"{spec.name}: {key}"} - UNHEARD
-    file = folder / "names.yaml"
-    file.write_text(yaml.safe_dump({**given, **further}), encoding="utf-8")
+    file = written(folder, yaml.safe_dump({**given, **further}), "names.yaml")
     return str(file), wanted
 
 
@@ -261,8 +262,7 @@ def test_robot_localization_may_give_the_odometry(
 def test_names_that_are_valid_or_not_heard(
     node: str, text: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "names.yaml"
-    file.write_text(f"{node}: {{ros__parameters: {{{text}}}}}", encoding="utf-8")
+    file = written(tmp_path, f"{node}: {{ros__parameters: {{{text}}}}}", "names.yaml")
     assert bool(said_of(["demo", "--params", str(file)], capsys)) is is_said
 
 
@@ -270,6 +270,5 @@ def test_names_that_are_valid_or_not_heard(
 def test_stock_files_have_the_robot_s_names(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "stock.yaml"
-    path.write_text(FILES[file], encoding="utf-8")
+    path = written(tmp_path, FILES[file], "stock.yaml")
     assert said_of(["demo", "--params", str(path)], capsys) == []

@@ -9,6 +9,7 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import is_xml
 from bringup.parameters.foreign.launch_file import LaunchFile
+from tests.helpers.files import written
 
 _NAVIGATION = """<?xml version="1.0"?>
 <launch>
@@ -93,11 +94,12 @@ def test_what_cannot_be_followed_is_noted(tmp_path: Path) -> None:
 
 
 def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.launch"
-    path.write_text(
+    path = written(
+        tmp_path,
         '<launch><node type="slam_gmapping" args="_delta:=0.1 __name:=x scan:=$(env SCAN)">'
         '<remap from="odom" to="wheels"/>'
-        '<param name="particles" value="$(optenv COUNT 30)"/></node></launch>'
+        '<param name="particles" value="$(optenv COUNT 30)"/></node></launch>',
+        "a.launch",
     )
     monkeypatch.setenv("SCAN", "front")
     launch = LaunchFile(path)
@@ -117,8 +119,7 @@ def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused(text: str, problem: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.launch"
-    path.write_text(text, encoding="utf-8")
+    path = written(tmp_path, text, "a.launch")
     assert is_xml(path)
     with pytest.raises(InputFileError, match=problem):
         LaunchFile(path)

@@ -22,6 +22,7 @@ from bringup.stack import (
     fusion_nodes,
     with_further,
 )
+from tests.helpers.files import written
 from tests.helpers.processes import given_parameters
 
 MASK = [True, *[False] * 14]
@@ -114,8 +115,7 @@ def _started(words: list[str], monkeypatch: pytest.MonkeyPatch, program: str) ->
 def test_ros2_run_takes_files_names_and_remappings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str
 ) -> None:
-    file = tmp_path / "ekf.yaml"
-    file.write_text(json.dumps({"mine": {"ros__parameters": ONE}}), encoding="utf-8")
+    file = written(tmp_path, json.dumps({"mine": {"ros__parameters": ONE}}), "ekf.yaml")
     words = ["--params-file", str(file), "-p", "frequency:=10.0", "-r", "__node:=mine"]
     got = _started([*words, "-r", "odometry/filtered:=odom"], monkeypatch, program)
     values = given_parameters(got)

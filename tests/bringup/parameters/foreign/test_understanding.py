@@ -19,6 +19,7 @@ from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Checked, Kind
 from bringup.stack import all_nodes
+from tests.helpers.files import written
 
 pytestmark = pytest.mark.ros
 NODES = {spec.name: spec for spec in all_nodes()}
@@ -377,15 +378,13 @@ def test_a_word_in_capitals_is_a_value_where_texts_are() -> None:
 
 
 def test_a_zone_that_is_not_kept_is_a_line_of_its_own(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text("filter_mask_server: {ros__parameters: {yaml_filename: a.yaml}}")
+    path = written(tmp_path, "filter_mask_server: {ros__parameters: {yaml_filename: a.yaml}}")
     (remark,) = check_file(path).remarks
     assert str(remark).startswith(f"{path}:1: no effect yet (SAFETY): filter_mask_server: ")
 
 
 def test_a_strict_command_refuses_what_is_unknown(tmp_path: Path) -> None:
-    path = tmp_path / "params.yaml"
-    path.write_text("amcl: {ros__parameters: {alpah2: 0.2}}")
+    path = written(tmp_path, "amcl: {ros__parameters: {alpah2: 0.2}}")
     words = ["nav", "--slam", "--params", str(path)]
     assert gather(parse(words))
     with pytest.raises(ConfigError, match="alpah2: no such parameter; the nearest is 'alpha2'"):
@@ -412,8 +411,7 @@ def test_a_node_s_word_on_its_clock_is_kept() -> None:
 def test_names_for_every_node_are_those_of_a_node_that_runs_alone(
     values: str, program: str, tmp_path: Path
 ) -> None:
-    file = tmp_path / "alone.yaml"
-    file.write_text(f"/**: {{ros__parameters: {{{values}, nobodys: 1}}}}")
+    file = written(tmp_path, f"/**: {{ros__parameters: {{{values}, nobodys: 1}}}}", "alone.yaml")
     found = check_file(file)
     *known, unknown = found.remarks
     assert found.problems == []
