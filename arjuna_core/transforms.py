@@ -361,11 +361,7 @@ class TransformBuffer(TransformTree[SE2]):
         return super().insert(parent, child, stamp, transform, static, received=received)
 
     def base_below(self, fixed: str) -> str | None:
-        """Return the frame that moves in a fixed frame and carries something: the robot's base.
-
-        Args:
-            fixed: Such as `odom`, or `map` above it.
-        """
+        """Return the frame that moves in a fixed frame and carries something: the robot's base."""
         moving = [f for f, edge in self._edges.items() if edge.parent == fixed and not edge.static]
         for frame in moving:
             if any(edge.static for edge in self._edges.values() if edge.parent == frame):

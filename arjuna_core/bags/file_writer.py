@@ -77,11 +77,7 @@ class FileWriter(ABC):
 
     @abstractmethod
     def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """Write the index and end the file.
-
-        Args:
-            lost: How many messages of a topic never arrived; mcap files keep that.
-        """
+        """Write the index, and in mcap files how many messages of a topic never arrived; end it."""
 
     def _guard(self, write: Callable[[], Any]) -> Any:
         try:

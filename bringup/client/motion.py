@@ -111,11 +111,7 @@ class Reckoning:
         return self._ended(start @ SE2(distance, 0.0), done)
 
     def turn(self, angle: float, rate: float) -> float:
-        """Turn on the spot by an angle, to the left where it is positive; return it [rad].
-
-        Args:
-            rate: Greatest yaw rate [rad/s].
-        """
+        """Turn on the spot [rad, rad/s], left where the angle is positive; return the angle."""
         from arjuna_nav.behaviors.legs import Leg
 
         start = self._start()
