@@ -10,6 +10,7 @@ import pytest
 from scripts import setup_env
 from scripts.lock import for_linux, with_extras, with_hashes
 from scripts.steps import Step, StepError, run
+from tests.helpers.files import write_all, written
 
 PIN = re.compile(
     r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?"
@@ -48,14 +49,14 @@ def test_the_message_packages_are_built_with_the_locked_ros() -> None:
 def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Point the set-up at a small tree of its own."""
     messages = tmp_path / "arjuna_interfaces"
-    (messages / "nav2_msgs" / "msg").mkdir(parents=True)
-    (messages / "nav2_msgs" / "msg" / "Costmap.msg").write_text("uint8[] data\n")
-    (tmp_path / "arjuna_nav").mkdir()
-    (tmp_path / "arjuna_nav" / "navfn.py").write_text("from numba import njit\n")
-    (tmp_path / "pyproject.toml").write_text("[project]\n")
-    (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\noptuna==5  # tune\n")
-    (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").touch()
+    files = {
+        "arjuna_interfaces/nav2_msgs/msg/Costmap.msg": "uint8[] data\n",
+        "arjuna_nav/navfn.py": "from numba import njit\n",
+        "pyproject.toml": "[project]\n",
+        "requirements.lock": "numpy==2.4.6\nruff==0.17.6\noptuna==5  # tune\n",
+        ".venv/bin/python": "",
+    }
+    write_all(tmp_path, files)
     (tmp_path / ".setup").mkdir()
     monkeypatch.setattr(setup_env, "ROOT", tmp_path)
     monkeypatch.setattr(setup_env, "STATE", tmp_path / ".setup")
@@ -90,8 +91,7 @@ def test_only_the_steps_that_depend_on_a_file_run_again(
     checkout: Path, file: str, text: str, again: list[str]
 ) -> None:
     before = setup_env.keys()
-    (checkout / file).parent.mkdir(parents=True, exist_ok=True)
-    (checkout / file).write_text(text)
+    written(checkout, text, file)
     steps = zip(("packages", "messages", "ours", "kernels"), before, setup_env.keys(), strict=True)
     assert [step for step, old, new in steps if new != old] == again
 

@@ -9,7 +9,7 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import is_xml
 from bringup.parameters.foreign.launch_file import LaunchFile
-from tests.helpers.files import written
+from tests.helpers.files import write_all, written
 
 _NAVIGATION = """<?xml version="1.0"?>
 <launch>
@@ -53,15 +53,14 @@ _MOVE_BASE = """<launch>
 def _package(folder: Path) -> Path:
     """Write a package with two launch files and their parameters; return the outer one's path."""
     root = folder / "src" / "my_robot"
-    for name, text in {
+    files = {
         "package.xml": "<package><name>my_robot</name></package>",
         "launch/navigation.launch": _NAVIGATION,
         "launch/parts/move_base.launch": _MOVE_BASE,
         "params/common.yaml": "{robot_radius: 0.2, obstacle_range: 2.5}",
         "launch/params/local.yaml": "{local_costmap: {robot_radius: 0.3, width: 4}}",
-    }.items():
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(text, encoding="utf-8")
+    }
+    write_all(root, files)
     return root / "launch" / "navigation.launch"
 
 
