@@ -28,26 +28,6 @@ from arjuna_core.plugins import config_class_for, type_hints
 
 T = TypeVar("T")
 _BOOLS = {"y": True, "Y": True, "n": False, "N": False}  # of rcl, beside those that YAML reads
-__all__ = [
-    "SEED_MAX",
-    "NoParameters",
-    "ParamInfo",
-    "angle_param",
-    "check",
-    "dotted",
-    "duration_param",
-    "fixed",
-    "flatten",
-    "info_of",
-    "infos",
-    "length_param",
-    "load",
-    "param",
-    "plugin_names",
-    "share_param",
-    "speed_param",
-    "yaw_rate_param",
-]
 
 
 @dataclasses.dataclass(frozen=True)

@@ -107,7 +107,7 @@ def _closest(name: str, names: list[str], alike: float) -> str | None:
     close = [each for each in names if plain[each] in shapes]
     mistakes = {each: _mistakes(given, plain[each]) for each in close}
     fewest = [each for each in close if mistakes[each] == min(mistakes.values())]
-    return min(fewest, key=lambda each: _edits(name, each), default=None)
+    return min(fewest, key=lambda each: edits(name, each), default=None)
 
 
 def _plain(name: str) -> str:
@@ -120,12 +120,12 @@ def _mistakes(name: str, other: str) -> int:
 
     A name cut short is one of two mistakes, however long the rest is.
     """
-    edits = _edits(name.translate(_LOOK_ALIKES), other.translate(_LOOK_ALIKES))
-    return min(edits, 2) if other.startswith(name) else edits
+    found = edits(name.translate(_LOOK_ALIKES), other.translate(_LOOK_ALIKES))
+    return min(found, 2) if other.startswith(name) else found
 
 
 @lru_cache(maxsize=4096)
-def _edits(name: str, other: str) -> int:
+def edits(name: str, other: str) -> int:
     """Return how many letters to insert, leave out, replace or swap make one name the other.
 
     Source: Damerau, "A technique for computer detection and correction of spelling errors",

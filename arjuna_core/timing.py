@@ -48,11 +48,7 @@ class Periodic:
 
 
 def other_clock(age: float) -> str:
-    """Return the remedy where an age [s] shows that two clocks are in use; empty where it does not.
-
-    Args:
-        age: This node's time less the stamp of what it got.
-    """
+    """Return the remedy where a stamp's age [s] shows that two clocks are in use, else nothing."""
     # Simulated time begins near 0, the system's in 1970: 1e6 s are no delay.
     if abs(age) < 1e6:
         return ""

@@ -129,21 +129,15 @@ class TransformTree(Generic[T]):
         duration: Time of which transforms are kept; its unit is that of all stamps.
         jump: A stamp that lies so far behind its frame's newest is of another run, which does not
             mix with this one: what moves is forgotten.
-        living: How long after its last transform a frame that moves keeps its parent; see `admit`.
-        ahead: How far a stamp may be ahead of the clock, and a clock from stamps that are judged
-            by it; see `admit`.
     """
 
-    def __init__(
-        self,
-        identity: T,
-        duration: float = 30.0,
-        jump: float = 1.0,
-        living: float = 5.0,
-        ahead: float = 10.0,
-    ) -> None:
+    # [s]: for so long after its last transform a frame that moves keeps its parent; so far a stamp
+    # may be ahead of the clock, and a clock from stamps that are judged by it; see `admit`.
+    _living, _ahead = 5.0, 10.0
+
+    def __init__(self, identity: T, duration: float = 30.0, jump: float = 1.0) -> None:
         self._identity: T = identity
-        self._duration, self._jump, self._living, self._ahead = duration, jump, living, ahead
+        self._duration, self._jump = duration, jump
         self._edges: dict[str, Edge[T]] = {}
         self._branches: dict[tuple[str, str], tuple[Branch[T], Branch[T]]] = {}
 
@@ -367,11 +361,7 @@ class TransformBuffer(TransformTree[SE2]):
         return super().insert(parent, child, stamp, transform, static, received=received)
 
     def base_below(self, fixed: str) -> str | None:
-        """Return the frame that moves in a fixed frame and carries something: the robot's base.
-
-        Args:
-            fixed: Such as `odom`, or `map` above it.
-        """
+        """Return the frame that moves in a fixed frame and carries something: the robot's base."""
         moving = [f for f, edge in self._edges.items() if edge.parent == fixed and not edge.static]
         for frame in moving:
             if any(edge.static for edge in self._edges.values() if edge.parent == frame):

@@ -77,11 +77,7 @@ class FileWriter(ABC):
 
     @abstractmethod
     def close(self, lost: Mapping[str, int] | None = None) -> None:
-        """Write the index and end the file.
-
-        Args:
-            lost: How many messages of a topic never arrived; mcap files keep that.
-        """
+        """Write the index, and in mcap files how many messages of a topic never arrived; end it."""
 
     def _guard(self, write: Callable[[], Any]) -> Any:
         try:
@@ -133,7 +129,6 @@ class McapWriter(FileWriter):
     """One mcap file that is being written.
 
     Args:
-        chunk_size: Bytes that a chunk gathers before it is compressed and written.
         preset: A preset of rosbag2_storage_mcap.
         settings: Its settings, which come before the preset's.
     """
@@ -145,12 +140,11 @@ class McapWriter(FileWriter):
     def __init__(
         self,
         path: Path,
-        chunk_size: int = 4 * 1024 * 1024,
         preset: str = "none",
         settings: Mapping[str, Any] | None = None,
     ) -> None:
         super().__init__(path)
-        options: dict[str, Any] = {"chunk_size": chunk_size}
+        options: dict[str, Any] = {"chunk_size": 4 * 1024 * 1024}
         for name, value in {**_PRESETS[preset], **(settings or {})}.items():
             try:
                 options |= _OPTIONS[name](value)

@@ -200,9 +200,6 @@ def reindex(folder: Path) -> Bag:
 def repair(bag: Bag, folder: Path) -> int:
     """Write what can be read of a recording into a new folder, with index and metadata.
 
-    Args:
-        folder: The new folder; it must not exist.
-
     Returns:
         How many messages there are.
 

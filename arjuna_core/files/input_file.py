@@ -137,6 +137,14 @@ def head_of(path: Path, count: int, error: _Error = InputFileError) -> bytes:
         return file.read(count)
 
 
+def is_xml(path: Path) -> bool:
+    """Return whether a file begins as XML does; its reader says why one cannot be read."""
+    try:
+        return head_of(path, 1 << 20).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
+    except InputFileError:
+        return False
+
+
 def read_json(path: Path) -> Any:
     """Return a JSON file's content: at most 20 MB, and a million values.
 

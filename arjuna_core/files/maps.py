@@ -120,9 +120,6 @@ def save_map(
 ) -> tuple[Path, Path]:
     """Write a map atomically as `<stem>.yaml` and `<stem>.<image_format>`, over a map's alone.
 
-    Args:
-        stem: Path without suffix.
-
     Returns:
         The YAML's and the image's path.
 

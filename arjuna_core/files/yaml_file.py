@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 import yaml
 
-from arjuna_core.errors import InputFileError, shortened
+from arjuna_core.errors import InputFileError, nearest, shortened
 from arjuna_core.files.input_file import read_text
 
 _DEEPEST = 50
@@ -53,6 +53,26 @@ def read_yaml(path: Path, error: type[InputFileError] = InputFileError) -> Any:
         return plain(text)
     except yaml.YAMLError as reason:
         raise error(path, *_described(reason, text)) from reason
+
+
+def check_keys(
+    path: Path,
+    content: Any,
+    valid: Sequence[str],
+    needed: Iterable[str],
+    error: type[InputFileError] = InputFileError,
+) -> None:
+    """Refuse a file's content that is no mapping of valid keys, or lacks one that is needed.
+
+    Raises:
+        InputFileError: All wrong and missing keys; of the kind given as `error`.
+    """
+    if not isinstance(content, dict):
+        raise error(path, f"is no mapping; valid keys: {', '.join(valid)}")
+    problems = [f"'{key}': {nearest(str(key), valid)}" for key in content if key not in valid]
+    problems += [f"'{key}' is missing" for key in needed if not content.get(key)]
+    if problems:
+        raise error(path, "; ".join(problems))
 
 
 def read_nodes(path: Path) -> yaml.Node | None:

@@ -265,11 +265,7 @@ class GoalNode(ManagedNode):
     def offer(
         self, action: Any, name: str, on_goal: Callable[[], None], **options: Any
     ) -> GoalServer:
-        """Serve an action; results are kept as the parameter `action_server_result_timeout` says.
-
-        Args:
-            on_goal: As of `GoalServer`.
-        """
+        """Serve an action; `action_server_result_timeout` says how long results are kept."""
         options["result_timeout"] = getattr(self.config, "action_server_result_timeout", 10.0)
         server: GoalServer = self.keep(GoalServer(self, action, name, on_goal, **options))
         return server

@@ -57,14 +57,10 @@ def _explain(answer: Any, reason: str) -> None:
 
 
 class Diagnostics:
-    """Publishes what a guard counted, where somebody listens.
+    """Publishes what a guard counted, where somebody listens."""
 
-    Args:
-        recent: Time that a status stays worse than OK after the last that went wrong [s].
-    """
-
-    def __init__(self, node: Any, guard: Guard, recent: float = 10.0) -> None:
-        self._node, self._guard, self._recent = node, guard, recent
+    def __init__(self, node: Any, guard: Guard) -> None:
+        self._node, self._guard = node, guard
         self._publisher = node.create_publisher(DiagnosticArray, "diagnostics", qos.DEFAULT)
         self._period = Periodic(1.0)
 
@@ -82,10 +78,10 @@ class Diagnostics:
             self._publisher.publish(array)
 
     def _status(self, node: Any, now: float) -> DiagnosticStatus:
-        """Return a node's status: as bad as the worst of the last seconds, with all counts."""
+        """Return a node's status: as bad as the worst of the last 10 s, with all counts."""
         name = node.get_fully_qualified_name()
         tallies = [(s, t) for (node, s), t in self._guard.tallies.items() if node == name]
-        recent = [t for _, t in tallies if 0.0 <= now - t.at < self._recent]
+        recent = [t for _, t in tallies if 0.0 <= now - t.at < 10.0]
         status = DiagnosticStatus(name=f"{name}: messages", hardware_id=self._node.get_name())
         status.level = max((_LEVELS[t.kind] for t in recent), default=DiagnosticStatus.OK)
         status.message = recent[-1].reason if recent else "all could be used"

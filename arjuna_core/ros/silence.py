@@ -83,11 +83,7 @@ def subscribe_watched(
 
 
 class SilenceWatch:
-    """Warns once when nothing comes, at the start or later on; made while the node configures.
-
-    Args:
-        of: What should come.
-    """
+    """Warns once when nothing comes, at the start or later on; made while the node configures."""
 
     def __init__(self, node: ManagedNode, topic: str, of: Silence) -> None:
         self._node, self._of = node, of

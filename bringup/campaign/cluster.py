@@ -129,8 +129,6 @@ class ClusterPool:
         show: Takes a line on each node that is refused.
         program: What takes the words of a run.
         scratch: Folder for the files of running runs; None for the workers' own.
-        ahead: How many runs are with the cluster for each that it can run at a time: enough that
-            no worker waits, and no more, so that memory does not grow with the campaign.
     """
 
     def __init__(
@@ -139,13 +137,11 @@ class ClusterPool:
         show: Callable[[str], None],
         program: Sequence[str] = PROGRAM,
         scratch: str | None = None,
-        ahead: float = 2.0,
     ) -> None:
         import ray
 
         self._task = ray.remote(max_retries=0)(_task())
         self._show, self._program, self._scratch = show, program, scratch
-        self._ahead = ahead
         self._going: dict[Any, Job] = {}
         self._carried: dict[Path, _Carried] = {}
         self._contents: dict[str, Any] = {}
@@ -176,8 +172,8 @@ class ClusterPool:
 
     @property
     def capacity(self) -> int:
-        """The most runs to be with the cluster."""
-        return int(self._ahead * self.slots) + 1
+        """The most runs to be with the cluster: no worker waits, nor does memory grow with them."""
+        return 2 * self.slots + 1
 
     def start(self, job: Job) -> None:
         """Queue a run.

@@ -52,10 +52,7 @@ class Inputs:
 
 
 def inputs_of(campaign: Campaign, folder: Path) -> Inputs:
-    """Return what the runs of a campaign read.
-
-    Args:
-        folder: The campaign's, which those of its runs lie in.
+    """Return what the runs of a campaign, in its folder, read.
 
     Raises:
         CampaignError: A file names another by a path that holds on this machine alone, or they are

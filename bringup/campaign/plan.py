@@ -13,7 +13,7 @@ from typing import Any
 
 from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.shipped import found_or_shipped
-from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.files.yaml_file import check_keys, read_yaml
 
 CHANCE = "seed"
 """The factor that repeats runs: its levels are not shown one by one."""
@@ -129,14 +129,8 @@ def campaign_of(path: Path, content: Any, others: Sequence[str] = ()) -> Campaig
     Raises:
         CampaignError: A key or value is not valid; all are named.
     """
-    valid = (*_KEYS, *others)
-    if not isinstance(content, dict):
-        raise CampaignError(path, f"is no mapping; valid keys: {', '.join(valid)}")
-    problems = [f"'{key}': {nearest(str(key), valid)}" for key in content if key not in valid]
-    problems += [f"'{key}' is missing" for key in ("command", "result", "success")
-                 if key not in content]  # fmt: skip
-    if problems:
-        raise CampaignError(path, "; ".join(problems))
+    needed = ("command", "result", "success")
+    check_keys(path, content, (*_KEYS, *others), needed, CampaignError)
     try:
         return _campaign(path, content)
     except ValueError as error:

@@ -94,10 +94,7 @@ def order_of(
 
 
 def do(order: Mapping[str, Any], fetch: Fetch, scratch: str | None = None) -> dict[str, Any]:
-    """Do a run on this machine.
-
-    Args:
-        scratch: Folder for its files meanwhile; None for the system's.
+    """Do a run on this machine, its files meanwhile in a folder, or the system's.
 
     Returns:
         `outcome`, `files` (contents by path in the run's folder), `cpus` that it kept busy and

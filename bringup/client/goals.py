@@ -28,6 +28,8 @@ from bringup.client.graph import action_server_state
 from bringup.client.session import ClientError, Session
 
 _REMEDY = "is 'python -m bringup nav --map FILE' running and active?"
+ANSWER = 10.0
+"""Time for a server to appear, and to answer a goal [s]."""
 _ENDS = {GoalStatus.STATUS_CANCELED: "cancelled", GoalStatus.STATUS_ABORTED: "aborted"}
 
 
@@ -83,33 +85,11 @@ class GoalEnd:
     refused: bool = False
 
 
-@dataclass(frozen=True)
-class GoalTimes:
-    """Time-outs for servers [s].
-
-    Attributes:
-        answer: To appear, and to answer a goal.
-        silence: Between two feedbacks, of which servers send ten a second.
-        probe: To say whether it has a goal.
-        activation: For navigation to be activated.
-        pause: Until a server that is not active is asked again.
-    """
-
-    answer: float = 10.0
-    silence: float = 10.0
-    probe: float = 2.0
-    activation: float = 60.0
-    pause: float = 0.5
-
-
-TIMES = GoalTimes()
-
-
 class Goals:
     """Sends goals and waits until they end."""
 
-    def __init__(self, session: Session, times: GoalTimes = TIMES) -> None:
-        self._session, self._times = session, times
+    def __init__(self, session: Session) -> None:
+        self._session = session
         self._clients: dict[str, Any] = {}
 
     def navigate(
@@ -129,23 +109,21 @@ class Goals:
     def spin(self, angle: float, timeout: float) -> GoalEnd:
         """Turn on the spot by an angle [rad] within a time [s]."""
         request = Spin.Goal(target_yaw=angle, time_allowance=duration_msg(timeout))
-        return self._run(Spin, "spin", request, timeout + self._times.answer, lambda feedback: None)
+        return self._run(Spin, "spin", request, timeout + ANSWER, lambda feedback: None)
 
     def _run(
         self, action: Any, name: str, request: Any, timeout: float, progress: Callable[[Any], None]
     ) -> GoalEnd:
         if name not in self._clients:
             self._clients[name] = action_client(self._session.client, action, name)
-        goal = _Goal(self._session, self._clients[name], name, request, self._times)
+        goal = _Goal(self._session, self._clients[name], name, request)
         return goal.run(self._session.now + timeout, progress)
 
 
 class _Goal:
-    def __init__(
-        self, session: Session, client: Any, name: str, request: Any, times: GoalTimes
-    ) -> None:
+    def __init__(self, session: Session, client: Any, name: str, request: Any) -> None:
         self._session, self._client, self._name = session, client, name
-        self._request, self._times = request, times
+        self._request = request
         self._logger = session.client.get_logger()
         self._last_contact = session.now
 
@@ -191,19 +169,19 @@ class _Goal:
             ClientError: It is not activated in time.
         """
         session, name, warned = self._session, self._name, False
-        last = min(self._deadline, session.now + self._times.activation)
+        last = min(self._deadline, session.now + 60.0)  # [s] to be activated
         while (state := action_server_state(session, name)) not in ("active", ""):
             if not warned:
                 self._logger.warning(f"'{name}' is {state}: waiting until navigation is active")
                 warned = True
             if session.now >= last:
                 raise ClientError(f"'{name}' is still {state}; 'doctor' says what it lacks")
-            session.pause(self._times.pause)
+            session.pause(0.5)
 
     def _attempt(self) -> GoalEnd | None:
         """Send it and wait for its end; None where its server has lost it."""
         session, what = self._session, f"a server of '{self._name}'"
-        session.wait_for(self._client.server_is_ready, self._times.answer, what, _REMEDY)
+        session.wait_for(self._client.server_is_ready, ANSWER, what, _REMEDY)
         self._last_contact = session.now
         handle = session.send_goal(self._client, self._request, self._take)
         if not handle.accepted:
@@ -234,7 +212,8 @@ class _Goal:
         session, warned = self._session, False
 
         def is_due() -> bool:
-            return bool(result.done()) or session.now - self._last_contact > self._times.silence
+            # Servers send ten feedbacks a second: 10 s without one are a silence.
+            return bool(result.done()) or session.now - self._last_contact > 10.0
 
         while True:
             session.run_until(is_due, self._remaining, required=False)
@@ -255,7 +234,7 @@ class _Goal:
     def _is_lost(self, handle: Any) -> bool:
         """Return whether the server has no such goal: one that only takes its time keeps it."""
         answer = handle.get_result_async()
-        self._session.run_until(answer.done, self._times.probe, required=False)
+        self._session.run_until(answer.done, 2.0, required=False)
         if answer.done():
             return bool(answer.result().status == GoalStatus.STATUS_UNKNOWN)
         return not self._client.server_is_ready()

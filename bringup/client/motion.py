@@ -43,24 +43,18 @@ def stop(session: Session, output: VelocityOutput) -> None:
 
 
 class Trail(TransformBuffer):
-    """Transforms that remember where the base was in `odom`, a pose every few centimetres.
+    """Transforms that remember where the base was in `odom`, a pose every 2 cm."""
 
-    Args:
-        step: From one remembered pose to the next [m].
-        most: Poses remembered; the oldest are forgotten.
-    """
-
-    def __init__(self, step: float = 0.02, most: int = 100_000) -> None:
+    def __init__(self) -> None:
         super().__init__()
-        self._step = step
-        self.poses: deque[SE2] = deque(maxlen=most)
+        self.poses: deque[SE2] = deque(maxlen=100_000)
 
     def insert(
         self, parent: str, child: str, stamp: float, transform: SE2, *args: Any, **options: Any
     ) -> bool:
         """Add `T_parent_child`; see `TransformBuffer.insert`."""
         added = super().insert(parent, child, stamp, transform, *args, **options)
-        moved = not self.poses or self.poses[-1].distance(transform) >= self._step
+        moved = not self.poses or self.poses[-1].distance(transform) >= 0.02
         if added and moved and parent == ODOM and child == self.base_below(ODOM):
             self.poses.append(transform)
         return added
@@ -84,9 +78,6 @@ class Reckoning:
     Args:
         publish: Sends a velocity.
         timeout: For odometry to come, and beyond three times what a motion takes [s].
-        precision: Distance from the end that is near enough [m, rad].
-        braking: Deceleration before the end [m/s^2, rad/s^2]; weak motors can do it.
-        near: Distance [m] and angle [rad] within which the last end is the next start.
     """
 
     def __init__(
@@ -95,16 +86,9 @@ class Reckoning:
         trail: Trail,
         publish: Callable[[Velocity], None],
         timeout: float,
-        precision: float = 0.005,
-        braking: tuple[float, float] = (0.25, 0.5),
-        near: tuple[float, float] = (0.05, 0.1),
     ) -> None:
         self._session, self._trail, self._publish = session, trail, publish
-        self._timeout, self._near = timeout, near
-        self._tracking = {
-            **dict.fromkeys(("xy_precision", "yaw_precision"), precision),
-            **dict(zip(("deceleration", "angular_deceleration"), braking, strict=True)),
-        }
+        self._timeout = timeout
         self._end: SE2 | None = None
         self._interrupted = False
 
@@ -127,11 +111,7 @@ class Reckoning:
         return self._ended(start @ SE2(distance, 0.0), done)
 
     def turn(self, angle: float, rate: float) -> float:
-        """Turn on the spot by an angle, to the left where it is positive; return it [rad].
-
-        Args:
-            rate: Greatest yaw rate [rad/s].
-        """
+        """Turn on the spot [rad, rad/s], left where the angle is positive; return the angle."""
         from arjuna_nav.behaviors.legs import Leg
 
         start = self._start()
@@ -144,14 +124,10 @@ class Reckoning:
         trail, end = self._trail, self._end
         what, remedy = "odometry", "is 'python -m bringup sim' running, and not paused?"
         self._session.wait_for(lambda: bool(trail.poses), self._timeout, what, remedy)
-        pose, (distance, angle) = trail.odometry()[1], self._near
+        pose = trail.odometry()[1]
         self._end, self._interrupted = None, False
-        if (
-            end is None
-            or pose.distance(end) > distance
-            or abs(wrap(pose.theta - end.theta)) > angle
-        ):
-            return pose
+        if end is None or pose.distance(end) > 0.05 or abs(wrap(pose.theta - end.theta)) > 0.1:
+            return pose  # it was carried away meanwhile
         return end
 
     def _ended(self, end: SE2, done: float) -> float:
@@ -173,7 +149,10 @@ class Reckoning:
         from arjuna_nav.behaviors.legs import Legs
         from arjuna_nav.controllers.tracker import TrackerConfig
 
-        legs = Legs([lambda pose: leg], replace(TrackerConfig(), **self._tracking))
+        near = replace(TrackerConfig(), xy_precision=0.005, yaw_precision=0.005)
+        # Weak motors brake so too.
+        config = replace(near, deceleration=0.25, angular_deceleration=0.5)
+        legs = Legs([lambda pose: leg], config)
         duration = self._timeout + 3.0 * least
         for pose, velocity in self._measured(duration):
             wanted = legs.tick(pose, velocity)

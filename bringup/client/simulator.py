@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 from geometry_msgs.msg import Pose, PoseStamped
 from numpy.typing import NDArray
+from simulation_interfaces import srv
 from simulation_interfaces.msg import (
     EntityCategory,
     EntityFilters,
@@ -20,20 +21,6 @@ from simulation_interfaces.msg import (
     Resource,
     Result,
     SimulationState,
-)
-from simulation_interfaces.srv import (
-    DeleteEntity,
-    GetAvailableWorlds,
-    GetCurrentWorld,
-    GetEntitiesStates,
-    GetEntityBounds,
-    GetSimulationState,
-    LoadWorld,
-    ResetSimulation,
-    SetEntityState,
-    SetSimulationState,
-    SpawnEntity,
-    StepSimulation,
 )
 
 from arjuna_core.errors import InputFileError
@@ -83,25 +70,25 @@ class SimulatorClient(Connection):
 
     def spawn(self, name: str, resource: Resource, pose: Pose) -> str:
         """Put an entity into the world; return its name."""
-        request = SpawnEntity.Request(
+        request = srv.SpawnEntity.Request(
             name=name, entity_resource=resource, initial_pose=PoseStamped(pose=pose)
         )
-        return str(self.ask(SpawnEntity, "spawn_entity", request).entity_name)
+        return str(self.ask(srv.SpawnEntity, "spawn_entity", request).entity_name)
 
     def delete(self, name: str) -> None:
         """Take an entity out of the world."""
-        self.ask(DeleteEntity, "delete_entity", DeleteEntity.Request(entity=name))
+        self.ask(srv.DeleteEntity, "delete_entity", srv.DeleteEntity.Request(entity=name))
 
     def move(self, name: str, pose: Pose) -> None:
         """Put an entity somewhere else."""
         state = EntityState(pose=pose)
-        request = SetEntityState.Request(entity=name, state=state, set_pose=True)
-        self.ask(SetEntityState, "set_entity_state", request)
+        request = srv.SetEntityState.Request(entity=name, state=state, set_pose=True)
+        self.ask(srv.SetEntityState, "set_entity_state", request)
 
     def entities(self, pattern: str) -> list[str]:
         """Return a line for each entity whose name matches: its name, position and heading."""
-        request = GetEntitiesStates.Request(filters=EntityFilters(filter=pattern))
-        found = self.ask(GetEntitiesStates, "get_entities_states", request)
+        request = srv.GetEntitiesStates.Request(filters=EntityFilters(filter=pattern))
+        found = self.ask(srv.GetEntitiesStates, "get_entities_states", request)
         lines = []
         for name, state in zip(found.entities, found.states, strict=True):
             p = state.pose.position
@@ -120,12 +107,12 @@ class SimulatorClient(Connection):
         """
         kinds = EntityCategory.CATEGORY_OBJECT, EntityCategory.CATEGORY_STATIC_OBJECT
         filters = EntityFilters(categories=[EntityCategory(category=kind) for kind in kinds])
-        request = GetEntitiesStates.Request(filters=filters)
-        found = self.ask(GetEntitiesStates, "get_entities_states", request)
+        request = srv.GetEntitiesStates.Request(filters=filters)
+        found = self.ask(srv.GetEntitiesStates, "get_entities_states", request)
         name = "get_entity_bounds"
-        client = self.client.create_client(GetEntityBounds, name)  # one, for many questions
+        client = self.client.create_client(srv.GetEntityBounds, name)  # one, for many questions
         self.run_until(client.service_is_ready, self._timeout, name)
-        requests = [GetEntityBounds.Request(entity=entity) for entity in found.entities]
+        requests = [srv.GetEntityBounds.Request(entity=entity) for entity in found.entities]
         answers = [client.call_async(request) for request in requests]
         boxes = []
         for state, answer in zip(found.states, answers, strict=True):
@@ -142,41 +129,43 @@ class SimulatorClient(Connection):
 
     def enter(self, state: int) -> None:
         """Pause or play."""
-        request = SetSimulationState.Request(state=SimulationState(state=state))
-        self.ask(SetSimulationState, "set_simulation_state", request)
+        request = srv.SetSimulationState.Request(state=SimulationState(state=state))
+        self.ask(srv.SetSimulationState, "set_simulation_state", request)
 
     def step(self, steps: int, chunk: int = 500) -> None:
         """Run a paused simulation for some ticks, a chunk a call to be answered in time."""
         while steps > 0:
             count = min(steps, chunk)
-            request = StepSimulation.Request(steps=count)
-            self.ask(StepSimulation, "step_simulation", request)
+            request = srv.StepSimulation.Request(steps=count)
+            self.ask(srv.StepSimulation, "step_simulation", request)
             steps -= count
 
     def reset(self, scope: int) -> None:
         """Return to the start."""
-        self.ask(ResetSimulation, "reset_simulation", ResetSimulation.Request(scope=scope))
+        self.ask(srv.ResetSimulation, "reset_simulation", srv.ResetSimulation.Request(scope=scope))
 
     def load(self, world: Path) -> str:
         """Replace the world; return the new one's name."""
         resource = Resource(uri=str(world.resolve()))
-        request = LoadWorld.Request(world_resource=resource)
-        return str(self.ask(LoadWorld, "load_world", request).world.name)
+        request = srv.LoadWorld.Request(world_resource=resource)
+        return str(self.ask(srv.LoadWorld, "load_world", request).world.name)
 
     def worlds(self) -> list[str]:
         """Return the worlds that can be loaded, by their files."""
-        request = GetAvailableWorlds.Request()
-        found = self.ask(GetAvailableWorlds, "get_available_worlds", request).worlds
+        request = srv.GetAvailableWorlds.Request()
+        found = self.ask(srv.GetAvailableWorlds, "get_available_worlds", request).worlds
         return [world.world_resource.uri for world in found]
 
     def status(self) -> str:
         """Return which world is loaded, and whether time runs."""
-        state = self.ask(GetSimulationState, "get_simulation_state", GetSimulationState.Request())
+        request = srv.GetSimulationState.Request()
+        state = self.ask(srv.GetSimulationState, "get_simulation_state", request)
         number = state.state.state
         words = {SimulationState.STATE_NO_WORLD: "no world is loaded"}
         if number in words:
             return words[number]
-        world = self.ask(GetCurrentWorld, "get_current_world", GetCurrentWorld.Request()).world
+        loaded = self.ask(srv.GetCurrentWorld, "get_current_world", srv.GetCurrentWorld.Request())
+        world = loaded.world
         names = {
             SimulationState.STATE_STOPPED: "stopped",
             SimulationState.STATE_PLAYING: "playing",

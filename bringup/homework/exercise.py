@@ -13,7 +13,7 @@ from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import found_or_shipped, shipped_file
 from arjuna_core.files.whole_file import emptied_folder
-from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.files.yaml_file import check_keys, read_yaml
 
 FOLDER = "homework"
 _LARGEST, _MANY = 1 << 20, 50
@@ -149,13 +149,7 @@ def load_exercise(name: str) -> Exercise:
     if path is None:
         raise ArjunaError(f"no homework '{name}'; {nearest(name, known)}, or a YAML file")
     content, keys = read_yaml(path, ExerciseError), [f.name for f in fields(Exercise)][1:]
-    if not isinstance(content, dict):
-        raise ExerciseError(path, f"is no mapping; valid keys: {', '.join(keys)}")
-    problems = [f"'{key}': {nearest(str(key), keys)}" for key in content if key not in keys]
-    needed = ("title", "submit", "task", "criteria")
-    problems += [f"'{key}' is missing" for key in needed if not content.get(key)]
-    if problems:
-        raise ExerciseError(path, "; ".join(problems))
+    check_keys(path, content, keys, ("title", "submit", "task", "criteria"), ExerciseError)
     try:
         return Exercise(path, **{key: _value(key, value) for key, value in content.items()})
     except (TypeError, ValueError, AttributeError) as error:

@@ -287,9 +287,6 @@ def read_named_files(
 ) -> None:
     """Read the files that a node's parameters name: a bad one is refused before anything starts.
 
-    Args:
-        read_robot: Reads a robot's file with its arguments.
-
     Raises:
         ArjunaError: One cannot be used.
     """

@@ -30,21 +30,18 @@ class RunLog:
 
     Args:
         root: The folder of all runs; `~/.arjuna/log` by default.
-        largest: Size of the file [bytes]; as many again of what was before are kept.
 
     Attributes:
         path: The file; None where it cannot be written.
     """
 
-    def __init__(
-        self, command: str, started: datetime, root: Path | None = None, largest: int = 10_000_000
-    ) -> None:
+    def __init__(self, command: str, started: datetime, root: Path | None = None) -> None:
         root = Path.home() / ".arjuna" / "log" if root is None else root
         self._logger = Logger(command)
         self.path: Path | None = None
         try:
             self.path = _new_folder(root, f"{started:%Y%m%d-%H%M%S}-{command}") / _FILE
-            handler = RotatingFileHandler(self.path, maxBytes=largest, backupCount=1)
+            handler = RotatingFileHandler(self.path, maxBytes=10_000_000, backupCount=1)
         except OSError:
             return  # a full disk or a foreign home must not stop the robot
         handler.setFormatter(Formatter("%(asctime)s.%(msecs)03d %(message)s", "%Y-%m-%d %H:%M:%S"))

@@ -16,33 +16,26 @@ from bringup.ros2.discovery import any_dead
 
 
 class _Compilations(numba_event.Listener):
-    """Reports that Numba begins to compile a function, which it does where it is first used.
+    """Reports that Numba begins to compile a function, which it does where it is first used."""
 
-    One function takes at most 90 s, on a busy machine.
-    """
-
-    def __init__(self, expect: Callable[[float], None], duration: float = 90.0) -> None:
-        self._expect, self._duration = expect, duration
+    def __init__(self, expect: Callable[[float], None]) -> None:
+        self._expect = expect
 
     def on_start(self, event: Any) -> None:
         """Expect a long silence."""
-        self._expect(self._duration)
+        self._expect(90.0)  # [s] a function takes at most, on a busy machine
 
     def on_end(self, event: Any) -> None:
         """Leave it at that: the next sign of life ends the silence."""
 
 
 class Reporter:
-    """Writes that a host lives, its nodes' states and what they wait for, at a period [s]."""
+    """Writes that a host lives, its nodes' states and what they wait for, each 0.1 s."""
 
     def __init__(
-        self,
-        process: Process,
-        nodes: Sequence[Any],
-        write: Callable[[str], None],
-        period: float = 0.1,
+        self, process: Process, nodes: Sequence[Any], write: Callable[[str], None]
     ) -> None:
-        self._process, self._nodes, self._write, self._period = process, nodes, write, period
+        self._process, self._nodes, self._write = process, nodes, write
         self._states: dict[str, str] = {}
         self._waiting: str | None = None
         self._manager_waits = "the start"
@@ -68,7 +61,7 @@ class Reporter:
         """Report what changed by a time on a steady clock [s], if that is due."""
         if now < self._due:
             return
-        self._due = now + self._period
+        self._due = now + 0.1
         if now >= self._alive_due:
             self._alive_due = now + PERIOD
             self._write(event_line(alive=PATIENCE))
@@ -99,18 +92,10 @@ class Reporter:
 
 
 class Twins:
-    """Warns once of names that the graph has twice: both nodes answer, and time runs twice.
+    """Warns once of names that the graph has twice: both nodes answer, and time runs twice."""
 
-    Args:
-        period: From one look to the next [s].
-        lease: By then a participant that died without a word is forgotten [s].
-    """
-
-    def __init__(
-        self, node: Any, names: Iterable[str], period: float = 1.0, lease: float = 25.0
-    ) -> None:
+    def __init__(self, node: Any, names: Iterable[str]) -> None:
         self._node, self._names = node, set(names)
-        self._period, self._lease = period, lease
         self._due = 0.0
         self._since: float | None = None
         self._warned = False
@@ -119,14 +104,15 @@ class Twins:
         """Look, if that is due by a time on a steady clock [s]."""
         if now < self._due:
             return
-        self._due = now + self._period
+        self._due = now + 1.0
         every = full_names(self._node)
         twice = sorted(name for name in self._names if every.count(name) > 1)
         if not twice:
             self._since, self._warned = None, False
             return
         self._since = now if self._since is None else self._since
-        patience = self._lease if any_dead(self._node) else 0.0
+        # A participant that died without a word is forgotten by then [s].
+        patience = 25.0 if any_dead(self._node) else 0.0
         if not self._warned and now >= self._since + patience:
             self._warned = True
             own = "; the simulator's own gives way to 'sim --params FILE' of the other's parameters"

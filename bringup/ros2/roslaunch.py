@@ -8,10 +8,10 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from arjuna_core.files.input_file import head_of
+from arjuna_core.files.input_file import head_of, is_xml
 from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.foreign.conversion import converted
-from bringup.parameters.foreign.launch_file import LaunchFile, Program, is_launch_file
+from bringup.parameters.foreign.launch_file import LaunchFile, Program
 from bringup.ros2.verbs.forward import PROGRAMS, executables_of, remedy
 
 _SIGNS = re.compile(rb"<node[^>]*\stype=|\$\((find|arg)\s|<rosparam")
@@ -40,7 +40,7 @@ class _Found:
 
 def is_ros1(path: Path) -> bool:
     """Return whether a launch file is of ROS 1."""
-    return is_launch_file(path) and bool(_SIGNS.search(head_of(path, 2**20)))
+    return is_xml(path) and bool(_SIGNS.search(head_of(path, 2**20)))
 
 
 def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], list[str]]:

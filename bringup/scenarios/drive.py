@@ -36,24 +36,15 @@ class Meetings:
 
     Args:
         corners: The robot's outline about its base `(N, 2)` [m].
-        stands: A side that is slower has been walked into [m/s].
-        rebounds: That slowly a robot that was pushed may come back by itself [m/s].
-        gaps: Between the two when a touch begins, and when it is over [m].
 
     Attributes:
         hits: How many touches there have been.
         bumped: How many of them were the robot's own doing.
     """
 
-    def __init__(
-        self,
-        corners: NDArray[np.float64],
-        stands: float = 0.02,
-        rebounds: float = 0.1,
-        gaps: tuple[float, float] = (0.005, 0.03),
-    ) -> None:
-        self._outline, self._gaps = Footprint.polygon(corners), gaps
-        self._stands, self._rebounds = stands, rebounds
+    def __init__(self, corners: NDArray[np.float64]) -> None:
+        self._outline = Footprint.polygon(corners)
+        self._gaps = 0.005, 0.03  # between the two when a touch begins, and when it is over [m]
         self._touching: dict[int, bool] = {}
         self.hits = self.bumped = 0
 
@@ -84,7 +75,8 @@ class Meetings:
                 continue
             x, y = sides[k]
             speed = float(away[k] @ (velocity.x - velocity.yaw_rate * y, velocity.yaw_rate * x))
-            drives = speed > (self._stands if before is None else self._rebounds)
+            # A slower side has been walked into; who was pushed may come back so slowly [m/s].
+            drives = speed > (0.02 if before is None else 0.1)
             self.hits += before is None
             self.bumped += drives and not before
             self._touching[k] = drives or bool(before)
@@ -94,24 +86,20 @@ class OwnMotion:
     """The wheels' motion that commands cause; a push turns them as well.
 
     The wheels move no faster than they were commanded to, but for what they brake.
-
-    Args:
-        braking: With which wheels brake at least [m/s^2, rad/s^2].
-        rests: Wheels that are slower have come to rest before that [m/s, rad/s].
     """
 
-    def __init__(self, braking: tuple[float, float] = (2.0, 8.0), rests: float = 0.02) -> None:
-        self._braking, self._rests, self._at = braking, rests, -math.inf
+    def __init__(self) -> None:
+        self._at = -math.inf
         self._most = [(0.0, 0.0), (0.0, 0.0)]  # back and ahead, to the right and to the left
 
     def update(self, now: float, command: Velocity, wheels: Velocity) -> Velocity:
         """Return how the robot moves itself at a time [s], by its command and its wheels."""
         since, self._at = now - self._at, now
         stands = command.x == command.yaw_rate == 0.0
-        if stands and max(abs(wheels.x), abs(wheels.yaw_rate)) <= self._rests:
+        if stands and max(abs(wheels.x), abs(wheels.yaw_rate)) <= 0.02:  # they have come to rest
             since = math.inf
         asked, moves = (command.x, command.yaw_rate), (wheels.x, wheels.yaw_rate)
-        less = [deceleration * since for deceleration in self._braking]
+        less = 2.0 * since, 8.0 * since  # wheels brake so at least [m/s^2, rad/s^2]
         self._most = [
             (min(one, 0.0, low + step), max(one, 0.0, high - step))
             for one, (low, high), step in zip(asked, self._most, less, strict=True)
@@ -128,7 +116,6 @@ class Drive:
     Args:
         robot: In lock-step, its simulator running; `on_tick` is taken.
         then: Called after each tick.
-        stretch: On less, the encoders' ticks say little of a bend [m].
 
     Attributes:
         length: The distance driven so far [m].
@@ -137,10 +124,8 @@ class Drive:
         curvature: Greatest of the wheels' odometry and of what was commanded [1/m].
     """
 
-    def __init__(
-        self, robot: LockStep, then: Callable[[], None] = lambda: None, stretch: float = 0.1
-    ) -> None:
-        self._robot, self._then, self._least = robot, then, stretch
+    def __init__(self, robot: LockStep, then: Callable[[], None] = lambda: None) -> None:
+        self._robot, self._then = robot, then
         self.length, self._contacts, self._pushed = 0.0, 0, 0
         self._pushed_at, self._own = -math.inf, OwnMotion()
         self.touched: list[str] = []
@@ -201,7 +186,7 @@ class Drive:
             self.curvature = max(self.curvature, abs(setpoint.yaw_rate / setpoint.x))
         length, angle = self._stretch if path * self._stretch[0] > 0.0 else (0.0, 0.0)
         self._stretch = length + path, angle + turn
-        if abs(self._stretch[0]) >= self._least:
+        if abs(self._stretch[0]) >= 0.1:  # on less [m], encoders' ticks say little of a bend
             self.curvature = max(self.curvature, abs(self._stretch[1] / self._stretch[0]))
             self._stretch = 0.0, 0.0
 

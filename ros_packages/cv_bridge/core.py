@@ -101,22 +101,10 @@ class CvBridge:
             pixels = np.array(picture)
         except (OSError, ValueError) as error:
             raise CvBridgeError(f"'{cmprs_img_msg.format}': {error}") from error
-        if pixels.ndim == 2:
-            bits = "16" if deep else "8"
-            image, own = pixels.astype(np.uint16 if deep else np.uint8), f"mono{bits}"
-            if desired_encoding == "passthrough" and not deep:
-                return converted(image, own, "bgr8")  # as cv2.imdecode does
-        else:
-            own = "rgba8" if pixels.shape[2] == 4 else "rgb8"
-            image, own = (
-                converted(pixels, own, own.replace("rgb", "bgr")),
-                own.replace("rgb", "bgr"),
-            )
-            if own == "bgra8" and desired_encoding == "passthrough":
-                return converted(image, own, "bgr8")
-        if desired_encoding in ("passthrough", own):
-            return image
-        return converted(image, own, desired_encoding)
+        own = "mono16" if deep else {"L": "mono8"}.get(picture.mode, f"{picture.mode.lower()}8")
+        if desired_encoding == "passthrough":
+            desired_encoding = own if deep else "bgr8"  # as cv2.imdecode does
+        return converted(pixels.astype(np.uint16) if deep else pixels, own, desired_encoding)
 
     def cv2_to_compressed_imgmsg(
         self, cvim: NDArray[Any], dst_format: str = "jpg"
@@ -161,13 +149,11 @@ class CvBridge:
 
     def dtype_with_channels_to_cvtype2(self, dtype: str, n_channels: int) -> int:
         """Return OpenCV's number of a type: `depth + 8 * (channels - 1)`."""
-        depths = ["uint8", "int8", "uint16", "int16", "int32", "float32", "float64"]
-        return depths.index(str(np.dtype(dtype))) + 8 * (n_channels - 1)
+        return [*_DEPTHS.values()].index(np.dtype(dtype).type) + 8 * (n_channels - 1)
 
     def cvtype2_to_dtype_with_channels(self, cvtype: int) -> tuple[str, int]:
         """Return NumPy's name and the number of channels of OpenCV's number of a type."""
-        depths = ["uint8", "int8", "uint16", "int16", "int32", "float32", "float64"]
-        return depths[cvtype % 8], cvtype // 8 + 1
+        return np.dtype([*_DEPTHS.values()][cvtype % 8]).name, cvtype // 8 + 1
 
 
 def _names() -> str:

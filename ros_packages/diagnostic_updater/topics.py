@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import threading
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 from rclpy.clock import Clock, ClockType
@@ -20,13 +21,13 @@ from diagnostic_updater.updater import (
 )
 
 
+@dataclass
 class FrequencyStatusParam:
     """Bounds of a frequency [Hz], `min` and perhaps `max`, its tolerance and count of updates."""
 
-    def __init__(
-        self, freq_bound: Mapping[str, float], tolerance: float = 0.1, window_size: int = 5
-    ) -> None:
-        self.freq_bound, self.tolerance, self.window_size = freq_bound, tolerance, window_size
+    freq_bound: Mapping[str, float]
+    tolerance: float = 0.1
+    window_size: int = 5
 
 
 class FrequencyStatus(DiagnosticTask):
@@ -78,11 +79,12 @@ class FrequencyStatus(DiagnosticTask):
         return stat
 
 
+@dataclass
 class TimeStampStatusParam:
     """The greatest lead (negative) and age of stamps [s]."""
 
-    def __init__(self, min_acceptable: float = -1.0, max_acceptable: float = 5.0) -> None:
-        self.min_acceptable, self.max_acceptable = min_acceptable, max_acceptable
+    min_acceptable: float = -1.0
+    max_acceptable: float = 5.0
 
 
 class TimeStampStatus(DiagnosticTask):

@@ -12,11 +12,13 @@ from launch import (
     launch_description_source,
     launch_description_sources,
     logging,
+    substitution,
     substitutions,
     tags,
 )
 from launch.action import (
     Action,
+    Condition,
     LaunchDescriptionEntity,
     SomeActionsType,
     SomeActionsType_types_tuple,
@@ -24,15 +26,17 @@ from launch.action import (
     SomeEntitiesType_types_tuple,
 )
 from launch.by_file import import_as, import_by_file
-from launch.condition import Condition
 from launch.event_handler import BaseEventHandler, Event, EventHandler
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
 from launch.launch_description_source import LaunchDescriptionSource
 from launch.launch_introspector import LaunchIntrospector
 from launch.launch_service import LaunchService
-from launch.some_substitutions_type import SomeSubstitutionsType, SomeSubstitutionsType_types_tuple
-from launch.substitution import Substitution
+from launch.substitution import (
+    SomeSubstitutionsType,
+    SomeSubstitutionsType_types_tuple,
+    Substitution,
+)
 from launch.texts import InvalidLaunchFileError
 
 import_by_file(
@@ -45,7 +49,9 @@ import_by_file(
     }
 )
 import_as(
+    "launch",
     {
+        "condition": action,
         "event": event_handler,
         "frontend.entity": frontend,
         "frontend.expose": frontend,
@@ -54,5 +60,6 @@ import_as(
         "launch_description_entity": action,
         "some_actions_type": action,
         "some_entities_type": action,
-    }
+        "some_substitutions_type": substitution,
+    },
 )

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, Union
 
-from launch.condition import Condition
 from launch.launch_context import LaunchContext
 
 Entities = Sequence["LaunchDescriptionEntity"]
@@ -28,6 +27,16 @@ class LaunchDescriptionEntity:
     def children(self) -> Iterable[LaunchDescriptionEntity]:
         """Yield what it holds, as far as it is known before it is visited."""
         return self.get_sub_entities()
+
+
+class Condition:
+    """Decides whether an action is done, by a function of the context."""
+
+    def __init__(self, *, predicate: Callable[[LaunchContext], bool] | None = None) -> None:
+        self._predicate = predicate
+
+    def evaluate(self, context: LaunchContext) -> bool:
+        return self._predicate is None or self._predicate(context)
 
 
 class Action(LaunchDescriptionEntity):

@@ -24,7 +24,7 @@ def import_by_file(modules: Mapping[ModuleType, Iterable[str]]) -> None:
             sys.modules.setdefault(f"{module.__name__}.{file}", module)
 
 
-def import_as(modules: Mapping[str, ModuleType]) -> None:
-    """Let modules be imported by other names below `launch` too, those of the real one's files."""
+def import_as(package: str, modules: Mapping[str, ModuleType]) -> None:
+    """Let modules be imported by other names below a package too, those of the real one's files."""
     for name, module in modules.items():
-        sys.modules.setdefault(f"launch.{name}", module)
+        sys.modules.setdefault(f"{package}.{name}", module)

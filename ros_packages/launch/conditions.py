@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from launch.condition import Condition
+from launch.action import Condition
 from launch.launch_context import LaunchContext
 from launch.substitution import SomeSubstitutionsType, perform_substitutions
 from launch.substitutions import is_true

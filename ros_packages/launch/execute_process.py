@@ -46,7 +46,7 @@ _SHOWN = {  # what reaches the screen, by `output`: standard output, standard er
     "own_log": (False, False),
     "full": (True, True),
 }
-_END = {signal.SIGINT: "SIGINT", signal.SIGTERM: "SIGTERM", signal.SIGKILL: "SIGKILL"}
+_END = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
 
 
 class ExecuteProcess(Action):
@@ -133,7 +133,10 @@ class ExecuteProcess(Action):
         respawn = self._respawn
         if not isinstance(respawn, bool):
             respawn = perform_substitutions(context, respawn).lower() in ("true", "1")
-        handlers = [self._on(context, kind, do) for kind, do in _ORDERS]
+        handlers = [
+            self._on(SignalProcess, lambda event, context: self.signal(event.signal)),
+            self._on(ShutdownProcess, lambda event, context: self.end(context)),
+        ]
         if self._on_exit is not None:
             after = OnProcessExit(target_action=self, on_exit=self._on_exit)
             after.configurations = dict(context.launch_configurations)
@@ -145,13 +148,11 @@ class ExecuteProcess(Action):
         context.start(self._live(context, bool(respawn), self._shown(context)))
         return None
 
-    def _on(self, context: LaunchContext, kind: type[Any], do: Any) -> EventHandler:
+    def _on(self, kind: type[Any], do: Any) -> EventHandler:
         def matches(event: Any) -> bool:
             return isinstance(event, kind) and bool(event.process_matcher(self))
 
-        return EventHandler(
-            matcher=matches, entities=lambda event, context: do(self, event, context)
-        )
+        return EventHandler(matcher=matches, entities=do)
 
     def _shown(self, context: LaunchContext) -> tuple[bool, bool]:
         given = self._output
@@ -280,18 +281,6 @@ class ExecuteProcess(Action):
                     return
 
         context.start(ending())
-
-    def _on_signal(self, event: SignalProcess, context: LaunchContext) -> None:
-        self.signal(event.signal)
-
-    def _on_shutdown(self, event: ShutdownProcess, context: LaunchContext) -> None:
-        self.end(context)
-
-
-_ORDERS = (
-    (SignalProcess, ExecuteProcess._on_signal),
-    (ShutdownProcess, ExecuteProcess._on_shutdown),
-)
 
 
 class ExecuteLocal(ExecuteProcess):

@@ -6,7 +6,7 @@ import runpy
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.files.input_file import head_of
+from arjuna_core.files.input_file import is_xml
 from launch.frontend import of_xml, of_yaml
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
@@ -51,8 +51,7 @@ def description_of(path: Path) -> LaunchDescription:
         return _of_python(path)
     if path.suffix in (".yaml", ".yml"):
         return of_yaml(path)
-    first = head_of(path, 200).lstrip(b"\xef\xbb\xbf \t\r\n")
-    return of_xml(path) if first.startswith(b"<") else of_yaml(path)
+    return of_xml(path) if is_xml(path) else of_yaml(path)
 
 
 def _of_python(path: Path) -> LaunchDescription:

@@ -24,6 +24,7 @@ class SubstitutionFailure(RuntimeError):
 SomeSubstitutionsType = Union[
     str, "os.PathLike[str]", Substitution, Iterable[Union[str, Substitution]]  # noqa: UP007
 ]
+SomeSubstitutionsType_types_tuple = (str, os.PathLike, Substitution, Iterable)
 
 
 class TextSubstitution(Substitution):

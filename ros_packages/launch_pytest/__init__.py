@@ -12,11 +12,7 @@ __all__ = ["actions", "fixture", "tools"]
 def fixture(
     decorated: Callable[..., Any] | None = None, *, shutdown_when_idle: bool = False, **kwargs: Any
 ) -> Any:
-    """Have a description be launched for the tests that name it: `@pytest.mark.launch(fixture=it)`.
-
-    Args:
-        kwargs: Of `pytest.fixture`, as `scope`.
-    """
+    """Have a description be launched for tests that name it: `@pytest.mark.launch(fixture=it)`."""
     import pytest
 
     kwargs.pop("auto_shutdown", None)

@@ -123,11 +123,7 @@ def flattened(
 
 
 def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[str]:
-    """Return paths of files that hold parameters: those given, and new ones of values.
-
-    Args:
-        node: The full name of the node that they are of, or `/**`.
-    """
+    """Return files of the parameters of a node, or `/**`: those given, and new ones of values."""
     found: list[str] = []
     for one in given:
         if isinstance(one, Parameter):

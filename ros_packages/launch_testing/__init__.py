@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
-from bringup.ros2.verbs.launch import prepare
-from launch_testing import actions, asserts, markers, tools, util
-from launch_testing.io_handler import ActiveIoHandler
-from launch_testing.parametrize import parametrize
-from launch_testing.post_shutdown_test import post_shutdown_test
-from launch_testing.proc_info_handler import ActiveProcInfoHandler
-from launch_testing.records import IoHandler, ProcInfoHandler
+from launch.by_file import import_as
 
+from bringup.ros2.verbs.launch import prepare
+from launch_testing import actions, asserts, markers, records, tools, util
+from launch_testing.markers import parametrize, post_shutdown_test
+from launch_testing.records import (
+    ActiveIoHandler,
+    ActiveProcInfoHandler,
+    IoHandler,
+    ProcInfoHandler,
+)
+
+import_as("launch_testing", dict.fromkeys(("parametrize", "post_shutdown_test"), markers))
+import_as("launch_testing", dict.fromkeys(("io_handler", "proc_info_handler"), records))
 prepare()  # what a file's own imports look up is there, whoever runs it

@@ -1,12 +1,13 @@
-"""Marks on descriptions and on tests."""
+"""Marks on descriptions and on tests; several launches of one description."""
 
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
 F = TypeVar("F", bound=Callable[..., Any])
+T = TypeVar("T", bound=type)
 
 
 def keep_alive(describe: F) -> F:
@@ -29,5 +30,30 @@ def retry_on_failure(*, times: int) -> Callable[[F], F]:
             return test(*args, **kwargs)
 
         return tried  # type: ignore[return-value]
+
+    return decorate
+
+
+def parametrize(argnames: str | Sequence[str], argvalues: Iterable[Any]) -> Callable[[F], F]:
+    """Have a description be launched with each of some values, as pytest's `parametrize`."""
+    names = (
+        [name.strip() for name in argnames.split(",")] if isinstance(argnames, str) else argnames
+    )
+    rows = [dict(zip(names, row if len(names) > 1 else [row], strict=True)) for row in argvalues]
+
+    def decorate(describe: F) -> F:
+        before = getattr(describe, "__parametrized__", [{}])
+        describe.__parametrized__ = [{**a, **b} for b in rows for a in before]  # type: ignore[attr-defined]
+        return describe
+
+    return decorate
+
+
+def post_shutdown_test() -> Callable[[T], T]:
+    """Have the tests of a class run when all processes have ended."""
+
+    def decorate(case: T) -> T:
+        case.__post_shutdown_test__ = True  # type: ignore[attr-defined]
+        return case
 
     return decorate

@@ -161,6 +161,9 @@ class ProcInfoHandler(Records[ProcessEvent]):
         self._await(process, cmd_args, False, timeout)
 
 
+ActiveIoHandler, ActiveProcInfoHandler = IoHandler, ProcInfoHandler
+
+
 def name_of(process: Any) -> str:
     """Return the name of a process, which an action has when it has started."""
     if isinstance(process, str):

@@ -9,8 +9,8 @@ from pathlib import Path
 from typing import Any
 
 import yaml
+from launch.action import Condition
 from launch.by_file import import_by_file
-from launch.condition import Condition
 from launch.launch_context import LaunchContext
 from launch.substitution import (
     SomeSubstitutionsType,

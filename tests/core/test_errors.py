@@ -21,10 +21,7 @@ from arjuna_core.errors import (
 @pytest.mark.parametrize("cls", [ConfigError, InputFileError, MapError, RobotError, WorldError])
 def test_every_error_has_the_root(cls: type[Exception]) -> None:
     assert issubclass(cls, ArjunaError)
-
-
-def test_a_config_error_is_a_value_error() -> None:
-    assert issubclass(ConfigError, ValueError)
+    assert issubclass(cls, ValueError) or cls is not ConfigError
 
 
 def test_a_file_error_names_the_file_the_line_and_the_problem() -> None:
@@ -34,18 +31,6 @@ def test_a_file_error_names_the_file_the_line_and_the_problem() -> None:
     assert str(WorldError("w.sdf", "is empty")) == "w.sdf: is empty"
 
 
-def test_a_close_name_is_suggested_and_else_all_are_listed() -> None:
-    valid = ["max_beams", "min_particles", "alpha1"]
-    assert nearest("max_beam", valid) == "did you mean 'max_beams'?"
-    assert nearest("zzz", valid) == "valid: alpha1, max_beams, min_particles"
-    assert nearest("zzz", []) == "valid: none"
-
-
-def test_a_name_cut_short_means_the_shortest_that_begins_so() -> None:
-    valid = ["ComputePathThroughPoses", "ComputePathToPose", "ComputeRoute"]
-    assert nearest("ComputePath", valid) == "did you mean 'ComputePathToPose'?"
-
-
 NAMES = [
     *(f"odom_alpha{i}" for i in range(1, 6)),
     *("laser_z_hit", "laser_z_max", "laser_z_rand", "laser_z_short", "kld_err", "kld_z"),
@@ -53,6 +38,24 @@ NAMES = [
     *("update_min_a", "update_min_d", "robot_base_frame", "base_frame_id", "odom_frame_id"),
     *("inflation_radius", "robot_radius", "transform_tolerance", "xy_goal_tolerance"),
 ]
+
+
+PATHS = ["ComputePathThroughPoses", "ComputePathToPose", "ComputeRoute"]
+
+
+@pytest.mark.parametrize(
+    ("typed", "valid", "said"),
+    [
+        ("max_beam", ["max_beams", "min_particles"], "did you mean 'max_beams'?"),
+        ("zzz", ["max_beams", "alpha1"], "valid: alpha1, max_beams"),
+        ("zzz", [], "valid: none"),
+        ("ComputePath", PATHS, "did you mean 'ComputePathToPose'?"),
+    ],
+)
+def test_a_close_name_or_the_shortest_that_begins_so_is_suggested_and_else_all_are_listed(
+    typed: str, valid: list[str], said: str
+) -> None:
+    assert nearest(typed, valid) == said
 
 
 @pytest.mark.parametrize(

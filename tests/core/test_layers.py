@@ -7,6 +7,7 @@ from pathlib import Path
 
 import pytest
 
+from tests.helpers.files import write_all
 from tests.helpers.imports import Import, circles, file_graph, imports
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -231,31 +232,22 @@ PLANTED = {
 @pytest.mark.parametrize("case", PLANTED)
 def test_what_is_planted_is_found(case: str, tmp_path: Path) -> None:
     path, text = PLANTED[case]
-    _plant(tmp_path, {"slam.py": "", "mapping/submap.py": "", path: text})
+    write_all(tmp_path / "arjuna_slam", {"slam.py": "", "mapping/submap.py": "", path: text})
     assert [item.path for item in upward(list(imports(tmp_path, "arjuna_slam")))] == [
         f"arjuna_slam/{path}"
     ]
 
 
 def test_a_planted_circle_is_found(tmp_path: Path) -> None:
-    _plant(
-        tmp_path,
-        {
-            "graph/a.py": "from arjuna_slam.graph import b\n",
-            "graph/b.py": "def late():\n    from arjuna_slam.graph.a import thing\n",
-        },
-    )
+    files = {
+        "graph/a.py": "from arjuna_slam.graph import b\n",
+        "graph/b.py": "def late():\n    from arjuna_slam.graph.a import thing\n",
+    }
+    write_all(tmp_path / "arjuna_slam", files)
     found = circles(file_graph(list(imports(tmp_path, "arjuna_slam")), tmp_path))
     assert found == [["arjuna_slam/graph/a.py", "arjuna_slam/graph/b.py"]]
 
 
 def test_a_planted_wing_is_found(tmp_path: Path) -> None:
-    _plant(tmp_path, {"attic/old.py": "", "graph/a.py": ""})
+    write_all(tmp_path / "arjuna_slam", {"attic/old.py": "", "graph/a.py": ""})
     assert unknown_wings(tmp_path) == ["arjuna_slam/attic"]
-
-
-def _plant(root: Path, files: dict[str, str]) -> None:
-    for name, text in files.items():
-        file = root / "arjuna_slam" / name
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text, encoding="utf-8")

@@ -8,19 +8,21 @@ import pytest
 from arjuna_core.pixels import pixels
 
 
-def test_a_colour_image_is_shown_as_it_is() -> None:
-    assert pixels("rgb8", 1, 2, 6, bytes([1, 2, 3, 4, 5, 6])).tolist() == [[[1, 2, 3], [4, 5, 6]]]
-
-
 @pytest.mark.parametrize(
-    ("encoding", "data"), [("bgr8", [3, 2, 1]), ("rgba8", [1, 2, 3, 9]), ("bgra8", [3, 2, 1, 9])]
+    ("encoding", "step", "data", "shown"),
+    [
+        ("rgb8", 6, [1, 2, 3, 4, 5, 6], [[[1, 2, 3], [4, 5, 6]]]),
+        ("bgr8", 3, [3, 2, 1], [[[1, 2, 3]]]),
+        ("rgba8", 4, [1, 2, 3, 9], [[[1, 2, 3]]]),
+        ("bgra8", 4, [3, 2, 1, 9], [[[1, 2, 3]]]),
+        ("mono8", 4, [7, 0, 0, 0, 8, 0, 0, 0], [[[7, 7, 7]], [[8, 8, 8]]]),  # rows are padded
+    ],
 )
-def test_channels_come_in_the_order_red_green_blue(encoding: str, data: list[int]) -> None:
-    assert pixels(encoding, 1, 1, len(data), bytes(data)).tolist() == [[[1, 2, 3]]]
-
-
-def test_padding_at_the_end_of_rows_is_left_out() -> None:
-    assert pixels("mono8", 2, 1, 4, bytes([7, 0, 0, 0, 8, 0, 0, 0]))[:, 0, 0].tolist() == [7, 8]
+def test_channels_come_in_the_order_red_green_blue(
+    encoding: str, step: int, data: list[int], shown: list[list[list[int]]]
+) -> None:
+    found = pixels(encoding, len(shown), len(shown[0]), step, bytes(data))
+    assert np.broadcast_to(found, np.shape(shown)).tolist() == shown
 
 
 def test_a_large_image_is_thinned() -> None:
@@ -33,11 +35,13 @@ def test_near_depths_are_brighter_and_none_are_black() -> None:
     assert shown == [255, 40, 0, 0]
 
 
-def test_an_unknown_encoding_is_refused_with_those_that_are_known() -> None:
-    with pytest.raises(ValueError, match="'yuv422' is not shown; valid: rgb8"):
-        pixels("yuv422", 1, 1, 2, b"ab")
-
-
-def test_an_image_cut_short_is_refused() -> None:
-    with pytest.raises(ValueError, match="5 bytes for an image of 1 rows of 6"):
-        pixels("rgb8", 1, 2, 6, b"12345")
+@pytest.mark.parametrize(
+    ("encoding", "problem"),
+    [
+        ("yuv422", "'yuv422' is not shown; valid: rgb8"),
+        ("rgb8", "5 bytes for an image of 1 rows of 6"),
+    ],
+)
+def test_what_cannot_be_shown_is_refused(encoding: str, problem: str) -> None:
+    with pytest.raises(ValueError, match=problem):
+        pixels(encoding, 1, 2, 6, b"12345")

@@ -15,33 +15,18 @@ def test_over_a_minute_it_fires_once_a_period(period: float, tick: float) -> Non
     assert fired == pytest.approx(60.0 / period, abs=1)
 
 
-def test_it_fires_on_the_exact_multiple_despite_rounding() -> None:
-    periodic = Periodic(0.1)
-    assert [step for step in range(31) if periodic.due(step * 0.02)] == [0, 5, 10, 15, 20, 25, 30]
-
-
-def test_the_phase_delays_the_first_occurrence() -> None:
-    periodic = Periodic(1.0, phase=0.5)
-    assert [periodic.due(now) for now in (0.0, 0.49, 0.5, 1.4, 1.5)] == [
-        False,
-        False,
-        True,
-        False,
-        True,
-    ]
-
-
-def test_missed_occurrences_are_not_made_up_for() -> None:
-    periodic = Periodic(0.1)
-    assert periodic.due(0.0)
-    assert periodic.due(5.0)
-    assert not periodic.due(5.05)
-
-
-def test_after_the_clock_is_set_back_it_fires_again_within_a_period() -> None:
-    periodic = Periodic(0.5)
-    assert periodic.due(100.0)
-    assert any(periodic.due(now) for now in (3.0, 3.25, 3.5))
+@pytest.mark.parametrize(
+    ("periodic", "times", "fired"),
+    [
+        (Periodic(0.1), [0.02 * n for n in range(31)], [0.02 * n for n in range(0, 31, 5)]),
+        (Periodic(1.0, phase=0.5), [0.0, 0.49, 0.5, 1.4, 1.5], [0.5, 1.5]),
+        (Periodic(0.1), [0.0, 5.0, 5.05], [0.0, 5.0]),
+        (Periodic(0.5), [100.0, 3.0, 3.25], [100.0, 3.0]),
+    ],
+    ids=["exact multiples", "a phase", "missed ones are not made up for", "a clock set back"],
+)
+def test_it_fires_at_times(periodic: Periodic, times: list[float], fired: list[float]) -> None:
+    assert [now for now in times if periodic.due(now)] == fired
 
 
 @pytest.mark.parametrize("start", [0.0, 1.7e9])

@@ -14,6 +14,7 @@ import yaml
 from bringup.cli import parse
 from scripts.docs_site import START, gather
 from scripts.setup_env import ROOT
+from tests.helpers.files import write_all
 
 PAGES = sorted((ROOT / "docs").glob("*.md"))
 TYPED = re.compile(r"^python -m bringup (.+?)(?:\s+#.*)?$", re.MULTILINE)
@@ -37,18 +38,15 @@ def test_the_menu_names_every_page_and_none_that_is_not_there() -> None:
 
 def test_what_is_linked_comes_along_and_nothing_else(tmp_path: Path) -> None:
     root, target = tmp_path / "root", tmp_path / "target"
-    for name, text in {
+    pages = {
         "docs/a.md": "[b](../more/b.md#top) ![p](p.png) [w](https://x.y/z.md) [no](none.md)",
         "docs/p.png": "",
         "more/b.md": "[back](../docs/a.md) [code](c.py) [out](../../secret.txt)",
         "more/c.py": "# [d](d.md)",
         "more/d.md": "",
-    }.items():
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(text, encoding="utf-8")
-    (tmp_path / "secret.txt").write_text("", encoding="utf-8")
-    target.mkdir()
-    (target / "old.md").write_text("", encoding="utf-8")
+    }
+    write_all(root, pages)
+    write_all(tmp_path, {"secret.txt": "", "target/old.md": ""})
     gather(root, target, ["docs/*.md"])
     found = {str(path.relative_to(target)) for path in target.rglob("*") if path.is_file()}
     assert found == {"docs/a.md", "docs/p.png", "more/b.md", "more/c.py"}

@@ -29,17 +29,14 @@ def calls(path: Path) -> str:
     return file.read_text() if file.exists() else ""
 
 
-def test_uv_installs_where_it_is(tmp_path: Path) -> None:
-    uv, python = program(tmp_path / "uv", 0), program(tmp_path / "python", 0)
+@pytest.mark.parametrize(
+    ("code", "of_pip"), [(0, ""), (2, "-m pip install --no-deps --no-compile -r x.txt\n")]
+)
+def test_uv_installs_or_else_pip(tmp_path: Path, code: int, of_pip: str) -> None:
+    uv, python = program(tmp_path / "uv", code), program(tmp_path / "python", 0)
     installing.install("packages", tmp_path / "log", python, uv, ["-r", "x.txt"])
     assert calls(uv) == f"pip install --no-deps --python {python} -r x.txt\n"
-    assert calls(python) == ""
-
-
-def test_pip_installs_where_uv_cannot(tmp_path: Path) -> None:
-    uv, python = program(tmp_path / "uv", 2), program(tmp_path / "python", 0)
-    installing.install("packages", tmp_path / "log", python, uv, ["-r", "x.txt"])
-    assert calls(python) == "-m pip install --no-deps --no-compile -r x.txt\n"
+    assert calls(python) == of_pip
 
 
 def test_what_pip_cannot_install_fails(tmp_path: Path) -> None:
@@ -121,9 +118,6 @@ def test_all_that_is_missing_is_named_at_once_with_one_command_for_all() -> None
         "error: missing gcc; sudo apt-get install -y gcc libc6-dev",
         "all at once: sudo apt-get install -y python3.11-venv gcc libc6-dev",
     ]
-
-
-def test_what_no_package_mends_comes_with_advice() -> None:
     assert explain([Missing("disk", advice="free some")]) == ["error: missing disk; free some"]
 
 
@@ -144,20 +138,15 @@ def test_python_versions_without_compiled_packages_are_refused(
     assert (preflight.check_python() is None) == fits
 
 
-def test_a_python_without_ensurepip_names_debians_package(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_what_a_python_lacks_is_in_debians_packages(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     monkeypatch.setattr(
         "importlib.util.find_spec", lambda name: None if name == "ensurepip" else object()
     )
-    missing = preflight.check_venv()
-    assert missing is not None
-    assert missing.packages[0].endswith("-venv")
-
-
-def test_debians_package_has_headers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("sysconfig.get_path", lambda name: str(tmp_path))
-    missing = preflight.check_headers()
-    assert missing is not None
-    assert missing.packages[0].endswith("-dev")
+    missing = find_missing((preflight.check_venv, preflight.check_headers))
+    assert [re.sub(".*-", "", one.packages[0]) for one in missing] == ["venv", "dev"]
 
 
 @pytest.mark.parametrize("command", ["no-such-compiler", "false", ""])

@@ -10,6 +10,7 @@ import pytest
 from scripts import setup_env
 from scripts.lock import for_linux, with_extras, with_hashes
 from scripts.steps import Step, StepError, run
+from tests.helpers.files import write_all, written
 
 PIN = re.compile(
     r"^([A-Za-z0-9_.-]+)==([^ ;]+)( ; python_version [<>=]+ '[0-9.]+(\.\*)?')?"
@@ -48,12 +49,14 @@ def test_the_message_packages_are_built_with_the_locked_ros() -> None:
 def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     """Point the set-up at a small tree of its own."""
     messages = tmp_path / "arjuna_interfaces"
-    (messages / "nav2_msgs" / "msg").mkdir(parents=True)
-    (messages / "nav2_msgs" / "msg" / "Costmap.msg").write_text("uint8[] data\n")
-    (tmp_path / "pyproject.toml").write_text("[project]\n")
-    (tmp_path / "requirements.lock").write_text("numpy==2.4.6\nruff==0.17.6\noptuna==5  # tune\n")
-    (tmp_path / ".venv" / "bin").mkdir(parents=True)
-    (tmp_path / ".venv" / "bin" / "python").touch()
+    files = {
+        "arjuna_interfaces/nav2_msgs/msg/Costmap.msg": "uint8[] data\n",
+        "arjuna_nav/navfn.py": "from numba import njit\n",
+        "pyproject.toml": "[project]\n",
+        "requirements.lock": "numpy==2.4.6\nruff==0.17.6\noptuna==5  # tune\n",
+        ".venv/bin/python": "",
+    }
+    write_all(tmp_path, files)
     (tmp_path / ".setup").mkdir()
     monkeypatch.setattr(setup_env, "ROOT", tmp_path)
     monkeypatch.setattr(setup_env, "STATE", tmp_path / ".setup")
@@ -64,32 +67,33 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def test_a_stamp_holds_until_what_it_depends_on_changes(checkout: Path) -> None:
+def test_a_stamp_holds_until_what_it_depends_on_changes_or_has_gone(checkout: Path) -> None:
     setup_env.write_stamp("packages", "a")
     assert setup_env.stamp_holds("packages", "a")
     assert not setup_env.stamp_holds("packages", "b")
     assert not setup_env.stamp_holds("messages", "a")
-
-
-def test_a_stamp_without_its_python_does_not_hold(checkout: Path) -> None:
-    setup_env.write_stamp("packages", "a")
     (checkout / ".venv" / "bin" / "python").unlink()
     assert not setup_env.stamp_holds("packages", "a")
 
 
-def test_a_changed_definition_builds_the_messages_again_and_nothing_else(checkout: Path) -> None:
-    packages, messages, ours, _ = setup_env.keys()
-    (setup_env.MESSAGES / "nav2_msgs" / "msg" / "Costmap.msg").write_text("int8[] data\n")
-    assert setup_env.keys()[0] == packages
-    assert setup_env.keys()[1] != messages
-    assert setup_env.keys()[2] == ours
-
-
-def test_a_new_linter_does_not_build_the_messages_again(checkout: Path) -> None:
-    packages, messages, _, _ = setup_env.keys()
-    setup_env.LOCK.write_text("numpy==2.4.6\nruff==0.17.7\n")
-    assert setup_env.keys()[0] != packages
-    assert setup_env.keys()[1] == messages
+@pytest.mark.parametrize(
+    ("file", "text", "again"),
+    [
+        ("arjuna_interfaces/nav2_msgs/msg/Costmap.msg", "int8[] data\n", ["messages"]),
+        ("requirements.lock", "numpy==2.4.6\nruff==0.17.7\n", ["packages", "ours", "kernels"]),
+        ("arjuna_nav/navfn.py", "from numba import njit, prange\n", ["kernels"]),
+        ("arjuna_interfaces/build/lib/made", "", []),
+        ("arjuna_interfaces/x.egg-info/made", "", []),
+        ("arjuna_interfaces/rosidl_build/__pycache__/made", "", []),
+    ],
+)
+def test_only_the_steps_that_depend_on_a_file_run_again(
+    checkout: Path, file: str, text: str, again: list[str]
+) -> None:
+    before = setup_env.keys()
+    written(checkout, text, file)
+    steps = zip(("packages", "messages", "ours", "kernels"), before, setup_env.keys(), strict=True)
+    assert [step for step, old, new in steps if new != old] == again
 
 
 def test_another_extra_installs_nothing_else_again(checkout: Path) -> None:
@@ -98,16 +102,6 @@ def test_another_extra_installs_nothing_else_again(checkout: Path) -> None:
     setup_env.LOCK.write_text(setup_env.LOCK.read_text().replace("optuna==5", "optuna==6"))
     assert (setup_env.keys(), setup_env.extra_key("view")) == before
     assert setup_env.extra_key("tune") != tune
-
-
-def test_a_module_with_numba_compiles_the_kernels_again(checkout: Path) -> None:
-    module = checkout / "arjuna_nav" / "navfn.py"
-    module.parent.mkdir()
-    module.write_text("from numba import njit\n")
-    before = setup_env.keys()
-    module.write_text("from numba import njit, prange\n")
-    assert setup_env.keys()[:3] == before[:3]
-    assert setup_env.keys()[3] != before[3]
 
 
 def test_extras_that_are_there_are_kept_up_to_date(checkout: Path) -> None:
@@ -129,14 +123,6 @@ def test_what_numba_compiled_goes_when_a_module_has_gone(checkout: Path) -> None
     (wing / "descent.py").rename(wing / "new.py")
     setup_env.forget_moved()
     assert not compiled.exists()
-
-
-def test_a_builds_output_does_not_count_as_a_source(checkout: Path) -> None:
-    before = setup_env.keys()
-    for folder in ("build/lib", "x.egg-info", "rosidl_build/__pycache__"):
-        (setup_env.MESSAGES / folder).mkdir(parents=True)
-        (setup_env.MESSAGES / folder / "made").touch()
-    assert setup_env.keys() == before
 
 
 def test_a_folder_that_is_no_environment_is_not_overwritten(checkout: Path) -> None:

@@ -32,14 +32,10 @@ class Guard:
     Args:
         now: Returns the process's time [s].
         strict: Whether what a callback raises is raised on, so that a test shows the mistake.
-        log_every: Least time between two lines about the same thing, after the first [s].
     """
 
-    def __init__(
-        self, now: Callable[[], float], strict: bool = False, log_every: float = 60.0
-    ) -> None:
-        self.now, self._log_every = now, log_every
-        self.strict = strict
+    def __init__(self, now: Callable[[], float], strict: bool = False) -> None:
+        self.now, self.strict = now, strict
         self.tallies: dict[tuple[str, str], Tally] = {}
 
     def call(self, node: Any, source: str, callback: Callable[..., Any], *arguments: Any) -> None:
@@ -87,7 +83,7 @@ class Guard:
         tally.kind, tally.reason, tally.at = kind, reason, now
         if tally.count == 1:
             text = f"{source} {kind}: {cause}"
-        elif not 0.0 <= now - tally.logged_at < self._log_every:
+        elif not 0.0 <= now - tally.logged_at < 60.0:
             text = f"{source} {kind}, {tally.count} times so far; the last: {reason}"
         else:
             return

@@ -192,9 +192,5 @@ RULES: dict[str, Callable[[Any], str | None]] = {
 
 
 def is_drive(published: Iterable[str]) -> bool:
-    """Return whether a node that listens to commands may drive by them: costmaps look on.
-
-    Args:
-        published: The types of what it publishes.
-    """
+    """Return whether what publishes such types may drive by the commands that it hears."""
     return _COSTMAP not in published

@@ -9,10 +9,11 @@ from typing import Any, NamedTuple
 import yaml
 
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.input_file import is_xml
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.parameters.checking import problems_of
 from bringup.parameters.files import Parameters, load_parameters, shipped_parameters
-from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
+from bringup.parameters.foreign.launch_file import LaunchFile
 from bringup.parameters.foreign.ros1 import convert
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.listing import values_of
@@ -75,7 +76,7 @@ def _smoothed(given: Parameters) -> Parameters:
 
 def _given(path: Path) -> tuple[Parameters, list[str], list[str]]:
     """Return a file's parameters, its names without meaning here, and those that nobody knows."""
-    if is_launch_file(path):
+    if is_xml(path):
         launch = LaunchFile(path)
         parameters, without, unknown = convert(launch.document, launch.topics)
         return parameters, [*launch.notes, *without], unknown

@@ -17,7 +17,7 @@ from xml.etree.ElementTree import Element  # a type alone
 import yaml
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.input_file import head_of, read_bytes
+from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_core.files.yaml_file import plain, read_yaml
 from bringup.parameters.foreign.ros1_names import SECTIONS
@@ -68,14 +68,6 @@ class LaunchFile:
         self.description = ""
         self.files = 0
         _Reading(self, path, {}, ()).run()
-
-
-def is_launch_file(path: Path) -> bool:
-    """Return whether a file is XML, not YAML."""
-    try:
-        return head_of(path, _LARGEST).lstrip(b"\xef\xbb\xbf \t\r\n").startswith(b"<")
-    except InputFileError:  # its reader says so
-        return False
 
 
 class _Unknown(Exception):

@@ -114,11 +114,7 @@ def _key_as_today(node: str, key: str, given: Mapping[str, Any]) -> str:
 
 
 def as_started(node: str, whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
-    """Yield name, new value and reason of each value that Nav2 replaces as its nodes start.
-
-    Args:
-        whole: All of a node's values, those that a file leaves out too.
-    """
+    """Yield name, new value and reason of each of all values that Nav2 replaces at the start."""
     from arjuna_nav.costmap.footprint import Footprint
 
     for key, value in whole.items():

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 import dataclasses
-import difflib
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 
-from arjuna_core.errors import ConfigError
+from arjuna_core.errors import ConfigError, edits
 from arjuna_core.param import info_of, key_of
 from arjuna_core.plugins import PluginTypes, canonical, names_in
 from bringup.parameters.foreign import nav2
@@ -182,10 +181,10 @@ def _stand_in(cls: str, kind: PluginTypes, name: str = "") -> str:
     return copied[0] if copied else own
 
 
-def _is_foreign(cls: str, kind: PluginTypes, misspelt: int = 2) -> bool:
+def _is_foreign(cls: str, kind: PluginTypes) -> bool:
     """Return whether a class is of a package that is not Nav2's, and cannot be loaded.
 
-    A name that differs from one of Nav2's by `misspelt` characters at most is a misspelt one.
+    A name that differs from one of Nav2's by two characters at most is a misspelt one.
     """
     if cls in nav2.LATER_CLASSES:
         return True
@@ -199,11 +198,5 @@ def _is_foreign(cls: str, kind: PluginTypes, misspelt: int = 2) -> bool:
         kind.resolve(cls)
     except ConfigError:
         known = [*kind.types, *kind.by_name, *kind.by_name.values()]
-        return all(_changed(cls, each) > misspelt for each in known)
+        return all(edits(cls, each) > 2 for each in known)
     return False
-
-
-def _changed(text: str, other: str) -> int:
-    """Return how many characters make one text another."""
-    changes = difflib.SequenceMatcher(None, text, other, False).get_opcodes()
-    return sum(max(b - a, d - c) for word, a, b, c, d in changes if word != "equal")

@@ -55,10 +55,7 @@ def convert(
 
     A file may hold sections, as `amcl`, `move_base`, `DWAPlannerROS`, `local_costmap`, in a
     namespace or by path (`/amcl/min_particles`), or the names of one of them alone; a costmap's
-    names alone are for both costmaps.
-
-    Args:
-        topics: New names of topics by section, as a launch file gives them.
+    names alone are for both costmaps. A launch file gives new names of topics by section.
     """
     conversion = _Conversion()
     conversion.take(nested(document))

@@ -18,10 +18,6 @@ class Bonds:
 
     A heartbeat is answered, so that the node's own end of the bond stays whole.
 
-    Args:
-        node: Of the manager.
-        states: The clients of `get_state`, by the nodes' names.
-
     Source: bondcpp and nav2_util, LifecycleNode::createBond, whose bonds are named as the node.
     """
 

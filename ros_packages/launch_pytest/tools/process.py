@@ -35,38 +35,27 @@ def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
     return True
 
 
-def wait_for_output_sync(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> bool:
-    """Return whether a process' standard output fulfils a function within a time [s]."""
-    return _wait(_fulfilled(action.get_stdout, validate_output), timeout)
+def _of(stream: str) -> tuple[Callable[..., bool], Callable[..., None]]:
+    """Return what waits until a process' stream fulfils a function within a time [s].
 
-
-def wait_for_stderr_sync(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> bool:
-    """Return whether a process' standard error fulfils a function within a time [s]."""
-    return _wait(_fulfilled(action.get_stderr, validate_output), timeout)
-
-
-def assert_output_sync(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> None:
-    """Wait for a process' standard output.
-
-    Raises:
-        AssertionError: It did not fulfil the function in time.
+    The first returns whether it does, the second raises an AssertionError where it does not.
     """
-    if not wait_for_output_sync(context, action, validate_output, timeout):
-        assert validate_output(action.get_stdout()) is not False, action.get_stdout()
+
+    def wait(context: Any, action: Any, validate_output: Any, timeout: float | None = None) -> bool:
+        return _wait(_fulfilled(getattr(action, stream), validate_output), timeout)
+
+    def assert_it(
+        context: Any, action: Any, validate_output: Any, timeout: float | None = None
+    ) -> None:
+        if not wait(context, action, validate_output, timeout):
+            text = getattr(action, stream)()
+            assert validate_output(text) is not False, text
+
+    return wait, assert_it
 
 
-def assert_stderr_sync(
-    context: Any, action: Any, validate_output: Any, timeout: float | None = None
-) -> None:
-    """Wait for a process' standard error; see `assert_output_sync`."""
-    if not wait_for_stderr_sync(context, action, validate_output, timeout):
-        assert validate_output(action.get_stderr()) is not False, action.get_stderr()
+wait_for_output_sync, assert_output_sync = _of("get_stdout")
+wait_for_stderr_sync, assert_stderr_sync = _of("get_stderr")
 
 
 def wait_for_start_sync(context: Any, action: Any, timeout: float | None = None) -> bool:

@@ -10,6 +10,7 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.shipped import shipped_file
 from bringup.campaign.inputs import ELSEWHERE, Inputs, inputs_of
 from bringup.campaign.plan import FOLDER, Campaign, CampaignError, Level, load_campaign, runs_of
+from tests.helpers.files import write_all, written
 
 GOOD = """
 command: bench goals --json {folder}/r.json
@@ -23,14 +24,8 @@ factors:
 """
 
 
-def _file(folder: Path, text: str) -> Path:
-    path = folder / "made.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
-    campaign = load_campaign(_file(tmp_path, GOOD))
+    campaign = load_campaign(written(tmp_path, GOOD))
     runs = runs_of(campaign)
     assert [run.name for run in runs] == ["0_3_room", "1_3_office", "2_4_room", "3_4_office"]
     assert runs[2].levels == {"seed": "4", "place": "room"}
@@ -61,11 +56,11 @@ def test_every_combination_is_run_in_the_file_s_order(tmp_path: Path) -> None:
 )
 def test_mistakes_are_named(old: str, new: str, message: str, tmp_path: Path) -> None:
     with pytest.raises(CampaignError, match=message.replace("{", "\\{").replace("[", "\\[")):
-        load_campaign(_file(tmp_path, GOOD.replace(old, new)))
+        load_campaign(written(tmp_path, GOOD.replace(old, new)))
 
 
 def test_a_level_can_be_added(tmp_path: Path) -> None:
-    campaign = load_campaign(_file(tmp_path, GOOD + "compare: place\n"))
+    campaign = load_campaign(written(tmp_path, GOOD + "compare: place\n"))
     more = campaign.with_level("place", "mine", ["world=my.world", "param=a:=b=c"])
     assert campaign.conditions == []
     assert len(runs_of(more)) == 6
@@ -93,7 +88,7 @@ def test_shipped_files_are_found_anywhere(tmp_path: Path, monkeypatch: pytest.Mo
 def test_too_many_runs_are_refused(tmp_path: Path) -> None:
     text = GOOD.replace("count: 2", "count: 1000000000")
     with pytest.raises(ArjunaError, match="more than 100000 runs"):
-        runs_of(load_campaign(_file(tmp_path, text)))
+        runs_of(load_campaign(written(tmp_path, text)))
 
 
 @pytest.mark.parametrize("path", sorted(shipped_file("campaigns").glob("*.yaml")), ids=str)
@@ -109,13 +104,6 @@ def working(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return folder
 
 
-def _write(folder: Path, files: dict[str, str]) -> None:
-    for name, text in files.items():
-        path = folder / name
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text)
-
-
 def _inputs(words: str, folder: Path, **options: str) -> Inputs:
     levels = {name: (Level(value, {name: value}),) for name, value in options.items()}
     return inputs_of(Campaign("made", ("demo", *words.split()), "r.json", levels, {}), folder)
@@ -126,7 +114,7 @@ def _names(found: Inputs, root: Path) -> set[str]:
 
 
 def test_a_map_brings_its_image_and_a_tree_its_file(working: Path, tmp_path: Path) -> None:
-    _write(working, {
+    write_all(working, {
         "maps/room.yaml": "image: the room.pgm\n", "maps/the room.pgm": "P5",
         "maps/other.pgm": "P5",
         "own.yaml": "bt_navigator: {default_nav_to_pose_bt_xml: trees/my.xml}\n",
@@ -139,14 +127,14 @@ def test_a_map_brings_its_image_and_a_tree_its_file(working: Path, tmp_path: Pat
 
 
 def test_packages_and_models_travel_whole(working: Path, tmp_path: Path) -> None:
-    _write(tmp_path / "ws", {
+    write_all(tmp_path / "ws", {
         "bot/package.xml": "<package><name>bot</name></package>", "bot/urdf/bot.xacro":
         "<robot><xacro:include filename='$(find parts)/wheel.xacro'/></robot>",
         "parts/wheel.xacro": "<mesh filename='package://parts/meshes/wheel.stl'/>",
         "parts/meshes/wheel.stl": "solid", "parts/.git/config": "", "unused/package.xml": "",
         "shelf/model.sdf": "<sdf/>", "shelf/wood.png": "png",
     })  # fmt: skip
-    _write(working, {"w.world": "<include><uri>model://shelf</uri></include>"})
+    write_all(working, {"w.world": "<include><uri>model://shelf</uri></include>"})
     robot, ws = tmp_path / "ws" / "bot" / "urdf" / "bot.xacro", tmp_path / "ws"
     words = f"--robot={robot} --package-path {ws} --model-path {ws}"
     found = _inputs(words, tmp_path, world="w.world")
@@ -167,11 +155,11 @@ def test_packages_of_one_name_stay_apart(
     text = "<robot><xacro:include filename='$(find bot)/bot.gazebo'/></robot>"
     robots = [f"{ws}/bot/urdf/bot.xacro" for ws in ("one", "two")]
     for robot in robots:
-        _write(
+        write_all(
             tmp_path, {robot: text, f"{robot[:7]}/bot.gazebo": "", f"{robot[:7]}/package.xml": ""}
         )
     assert not _inputs(" ".join(f"--robot {tmp_path / one}" for one in robots), tmp_path).packages
-    _write(tmp_path, {"lone.xacro": text})
+    write_all(tmp_path, {"lone.xacro": text})
     monkeypatch.setenv("ROS_PACKAGE_PATH", str(tmp_path / "two"))
     found = _inputs(f"--robot {tmp_path / 'lone.xacro'}", tmp_path)
     assert list(found.packages) == [tmp_path / "two"]
@@ -182,7 +170,7 @@ def test_what_is_found_around_a_file_for_a_path_of_elsewhere_travels(
     working: Path, tmp_path: Path
 ) -> None:
     """A package that is not here is taken to be the one that the file lies in."""
-    _write(tmp_path / "bot", {
+    write_all(tmp_path / "bot", {
         "urdf/bot.xacro": "<robot><xacro:include filename='$(find gone)/urdf/bot.gazebo'/></robot>",
         "urdf/bot.gazebo": "<mesh filename='file:///home/them/ws/bot/meshes/wheel.stl'/>",
         "meshes/wheel.stl": "solid", "meshes/unused.stl": "solid",
@@ -196,11 +184,11 @@ def test_what_is_found_around_a_file_for_a_path_of_elsewhere_travels(
 def test_plug_ins_bring_the_modules_that_they_import(
     working: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    _write(working, {
+    write_all(working, {
         "own.yaml": "Careful: {plugin: 'my_plugins.careful:Careful'}\n", "unused.py": "",
         "my_plugins/__init__.py": "", "my_plugins/careful.py": "import my_maths\n",
     })  # fmt: skip
-    _write(tmp_path / "lib", {"my_maths.py": "FILE = 'numbers.csv'\n", "numbers.csv": "1"})
+    write_all(tmp_path / "lib", {"my_maths.py": "FILE = 'numbers.csv'\n", "numbers.csv": "1"})
     monkeypatch.setenv("PYTHONPATH", str(tmp_path / "lib"))
     found = _inputs("--params own.yaml", tmp_path)
     assert _names(found, tmp_path) == {
@@ -211,13 +199,13 @@ def test_plug_ins_bring_the_modules_that_they_import(
 
 
 def test_a_file_beside_the_runs_is_found(working: Path, tmp_path: Path) -> None:
-    _write(tmp_path / "out", {"parameters.yaml": "a: 1\n"})
+    write_all(tmp_path / "out", {"parameters.yaml": "a: 1\n"})
     found = _inputs(f"--params {FOLDER}/../parameters.yaml", tmp_path / "out")
     assert list(found.files) == [tmp_path / "out" / "parameters.yaml"]
 
 
 def test_a_path_that_holds_here_alone_is_refused(working: Path, tmp_path: Path) -> None:
-    _write(tmp_path, {"far.pgm": "P5"})
-    _write(working, {"room.yaml": f"image: {tmp_path / 'far.pgm'}\n"})
+    write_all(tmp_path, {"far.pgm": "P5"})
+    write_all(working, {"room.yaml": f"image: {tmp_path / 'far.pgm'}\n"})
     with pytest.raises(CampaignError, match="which other machines lack; name it relative"):
         _inputs("--map room.yaml", tmp_path)

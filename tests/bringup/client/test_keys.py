@@ -18,12 +18,7 @@ from arjuna_core.twist import STILL, Velocity
 from bringup.client.avoidance import Decision, decide
 from bringup.client.keys import Driving
 from bringup.client.waypoints import Progress, Tour, load_waypoints
-
-
-def _file(folder: Path, text: str) -> Path:
-    path = folder / "tour.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
+from tests.helpers.files import written
 
 
 @pytest.mark.parametrize(
@@ -35,7 +30,7 @@ def _file(folder: Path, text: str) -> Path:
     ],
 )
 def test_every_form_is_read(tmp_path: Path, text: str) -> None:
-    assert load_waypoints(_file(tmp_path, text)) == [(2.0, 2.0, 0.5), (1.0, -1.0, 0.0)]
+    assert load_waypoints(written(tmp_path, text)) == [(2.0, 2.0, 0.5), (1.0, -1.0, 0.0)]
 
 
 @pytest.mark.parametrize(
@@ -52,7 +47,7 @@ def test_every_form_is_read(tmp_path: Path, text: str) -> None:
 )
 def test_what_is_no_tour_is_refused(tmp_path: Path, text: str, problem: str) -> None:
     with pytest.raises(InputFileError, match=problem):
-        load_waypoints(_file(tmp_path, text))
+        load_waypoints(written(tmp_path, text))
 
 
 def _at(x: float, y: float, left: float = 0.0) -> Any:
@@ -122,18 +117,13 @@ def test_a_moved_goal_is_reached_within_the_tolerance(tolerance: float, reached:
     assert ("'--tolerance 0.51' takes that" in end.reason) is not reached
 
 
-def test_a_goal_that_was_reached_needs_no_words() -> None:
+@pytest.mark.parametrize(
+    ("end", "at"), [(Ended(True), (1.0, 0.95)), (Ended(False, "aborted"), (5.0, 5.0))]
+)
+def test_a_goal_that_was_reached_or_failed_stays_so(end: Ended, at: tuple[float, float]) -> None:
     progress = Progress(lambda line: None)
-    progress(_at(1.0, 0.95))
-    end: Any = progress.judged(cast(Any, Ended(True)), 1.0, 1.0, 0.3)
-    assert (end.succeeded, end.reason) == (True, "")
-
-
-def test_a_goal_that_failed_stays_so() -> None:
-    progress = Progress(lambda line: None)
-    progress(_at(5.0, 5.0))
-    end: Any = progress.judged(cast(Any, Ended(False, "aborted")), 1.0, 1.0, 0.3)
-    assert end.reason == "aborted"
+    progress(_at(*at))
+    assert progress.judged(cast(Any, end), 1.0, 1.0, 0.3) == cast(Any, end)
 
 
 @pytest.mark.parametrize(
@@ -145,27 +135,21 @@ def test_wasd_drives_as_the_first_guide_says(key: str, velocity: tuple[float, fl
 
 
 @pytest.mark.parametrize(
-    ("key", "signs"),
+    ("keys", "forward", "aside"),
     [
-        *[("u", (1, 1)), ("i", (1, 0)), ("o", (1, -1)), ("j", (0, 1)), ("k", (0, 0))],
-        *[("l", (0, -1)), ("m", (-1, -1)), (",", (-1, 0)), (".", (-1, 1))],
+        *[("uU", 1, (1, 1)), ("iI", 1, (0, 0)), ("oO", 1, (-1, -1)), ("jJ", 0, (1, 1))],
+        *[("kK", 0, (0, 0)), ("lL", 0, (-1, -1)), ("mM", -1, (-1, 1)), (",<", -1, (0, 0))],
+        (".>", -1, (1, -1)),
     ],
 )
-def test_the_twist_layout_is_teleop_twist_keyboards(key: str, signs: tuple[int, int]) -> None:
-    driven = Driving("twist", 0.5, 1.0).pressed(key)
-    assert driven.velocity == Velocity(0.5 * signs[0], yaw_rate=1.0 * signs[1])
-
-
-@pytest.mark.parametrize(
-    ("key", "signs"),
-    [
-        *[("U", (1, 1)), ("I", (1, 0)), ("O", (1, -1)), ("J", (0, 1)), ("K", (0, 0))],
-        *[("L", (0, -1)), ("M", (-1, 1)), ("<", (-1, 0)), (">", (-1, -1))],
-    ],
-)
-def test_with_shift_its_keys_drive_sideways(key: str, signs: tuple[int, int]) -> None:
-    driven = Driving("twist", 0.5, 1.0).pressed("u").pressed(key)
-    assert driven.velocity == Velocity(0.5 * signs[0], y=0.5 * signs[1])
+def test_the_twist_layout_is_teleop_twist_keyboards_with_shift_sideways(
+    keys: str, forward: int, aside: tuple[int, int]
+) -> None:
+    driving = Driving("twist", 0.5, 1.0)
+    turned = driving.pressed(keys[0]).velocity
+    assert turned == Velocity(0.5 * forward, yaw_rate=1.0 * aside[0])
+    shifted = driving.pressed("u").pressed(keys[1]).velocity
+    assert shifted == Velocity(0.5 * forward, y=0.5 * aside[1])
 
 
 @pytest.mark.parametrize(

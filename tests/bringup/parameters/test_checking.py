@@ -21,6 +21,7 @@ from bringup.parameters.checking import (
 from bringup.parameters.files import sim_time_of
 from bringup.parameters.sources import COSTMAPS, of_words
 from bringup.stack import VELOCITY_CHAIN, all_nodes
+from tests.helpers.files import written
 
 pytestmark = pytest.mark.ros
 PATH = re.compile(r"(folder|file|filename|filepath|_dir|xml|database)$|^(robots?|world)$")
@@ -38,8 +39,9 @@ def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
 
 
 def test_the_smoothed_velocity_goes_where_the_monitor_takes_it_from(tmp_path: Path) -> None:
-    file = tmp_path / "monitor.yaml"
-    file.write_text("collision_monitor:\n  ros__parameters:\n    cmd_vel_in_topic: cmd_vel_raw\n")
+    file = written(
+        tmp_path, "collision_monitor:\n  ros__parameters:\n    cmd_vel_in_topic: cmd_vel_raw\n"
+    )
     assert merged_sources([file]).parameters["velocity_smoother"]["cmd_vel_out_topic"] == (
         "cmd_vel_raw"
     )
@@ -69,8 +71,7 @@ controller_server:
 
 
 def test_as_nav2_every_parameter_has_nav2s_behaviour_but_for_those_of_files(tmp_path: Path) -> None:
-    file = tmp_path / "own.yaml"
-    file.write_text(MPPI)
+    file = written(tmp_path, MPPI)
     found = merged_sources([file], ["amcl:relocalize:=true"], originals=["nav2"]).parameters
     controller, monitor = found["controller_server"], found["collision_monitor"]
     assert controller["Own.noise_time"] == 0.0, "of a plug-in that the file names"
@@ -135,17 +136,17 @@ def test_what_no_node_takes_is_refused(word: str, problem: str) -> None:
 
 @pytest.mark.parametrize("said", ["controller_server", "velocity_smoother", "/**"])
 def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None:
-    file = tmp_path / "params.yaml"
-    file.write_text(f'"{said}": {{ros__parameters: {{enable_stamped_cmd_vel: true}}}}')
+    file = written(tmp_path, f'"{said}": {{ros__parameters: {{enable_stamped_cmd_vel: true}}}}')
     parameters = over_shipped([file])
     for name in VELOCITY_CHAIN:
         assert parameters[name]["enable_stamped_cmd_vel"] is True
     for name in COSTMAPS:
         assert parameters[name]["contact_layer.enable_stamped_cmd_vel"] is True
-    renamed = tmp_path / "renamed.yaml"
-    renamed.write_text(
+    renamed = written(
+        tmp_path,
         "local_costmap: {local_costmap: {ros__parameters: {plugins: [touch],"
-        " touch: {plugin: 'arjuna_nav::ContactLayer'}}}}"
+        " touch: {plugin: 'arjuna_nav::ContactLayer'}}}}",
+        "renamed.yaml",
     )
     of_another_name = over_shipped([renamed, file])[COSTMAPS[0]]
     assert of_another_name["touch.enable_stamped_cmd_vel"] is True
@@ -154,11 +155,12 @@ def test_a_chain_of_velocities_is_of_one_type(said: str, tmp_path: Path) -> None
 
 
 def test_a_file_s_mistakes_are_all_named(tmp_path: Path) -> None:
-    path = tmp_path / "bad.yaml"
-    path.write_text(
+    path = written(
+        tmp_path,
         "amcl: {ros__parameters: {alpha1: -3.0, alpah2: 0.2}}\n"
         "amlc: {ros__parameters: {x: 1}}\n"
-        f"map_server: {{ros__parameters: {{yaml_filename: {path}}}}}\n"
+        f"map_server: {{ros__parameters: {{yaml_filename: {tmp_path / 'bad.yaml'}}}}}\n",
+        "bad.yaml",
     )
     bound, of_map = check_file(path).problems
     assert bound == f"{path}:1: amcl: 'alpha1' is -3.0; the least valid is 0.0"

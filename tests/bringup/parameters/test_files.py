@@ -11,16 +11,11 @@ from arjuna_core.config import param
 from arjuna_core.errors import InputFileError
 from bringup.parameters.files import for_node, lines_of, load_parameters, node_of, sim_time_of
 from bringup.parameters.listing import differences, dump, values_of
-
-
-def write(folder: Path, text: str, name: str = "params.yaml") -> Path:
-    path = folder / name
-    path.write_text(text, encoding="utf-8")
-    return path
+from tests.helpers.files import written
 
 
 def test_nested_nodes_and_names_are_flattened(tmp_path: Path) -> None:
-    path = write(
+    path = written(
         tmp_path,
         "amcl: {ros__parameters: {alpha1: 0.1, initial_pose: {x: 1.0}}}\n"
         "global_costmap: {global_costmap: {ros__parameters: {resolution: 0.1}}}\n",
@@ -32,8 +27,8 @@ def test_nested_nodes_and_names_are_flattened(tmp_path: Path) -> None:
 
 
 def test_a_later_file_wins_value_by_value(tmp_path: Path) -> None:
-    first = write(tmp_path, "a: {ros__parameters: {x: 1, y: 2}}", "1.yaml")
-    second = write(tmp_path, "a: {ros__parameters: {y: 3}}", "2.yaml")
+    first = written(tmp_path, "a: {ros__parameters: {x: 1, y: 2}}", "1.yaml")
+    second = written(tmp_path, "a: {ros__parameters: {y: 3}}", "2.yaml")
     assert load_parameters([first, second]) == {"a": {"x": 1, "y": 3}}
 
 
@@ -53,7 +48,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
 )
 def test_a_broken_file_names_file_and_line(tmp_path: Path, text: str, message: str) -> None:
     with pytest.raises(InputFileError, match=message):
-        load_parameters([write(tmp_path, text)])
+        load_parameters([written(tmp_path, text)])
 
 
 def test_a_missing_file_is_named(tmp_path: Path) -> None:
@@ -86,7 +81,7 @@ def test_a_section_matches_nodes_as_in_ros(name: str, namespace: str, node: str 
 
 def test_every_name_has_its_line(tmp_path: Path) -> None:
     text = "a:\n  ros__parameters:\n    x: 1\n    y:\n      z: 2\n/**: {ros__parameters: {k: 1}}\n"
-    lines = lines_of(write(tmp_path, text))
+    lines = lines_of(written(tmp_path, text))
     assert (lines["a", ""], lines["a", "x"], lines["a", "y.z"], lines["/**", "k"]) == (1, 3, 5, 6)
 
 
@@ -99,7 +94,7 @@ def test_a_process_has_the_clock_that_its_nodes_name() -> None:
 
 
 def test_a_section_without_values_says_nothing(tmp_path: Path) -> None:
-    assert load_parameters([write(tmp_path, "amcl:\n  ros__parameters:\n")]) == {"amcl": {}}
+    assert load_parameters([written(tmp_path, "amcl:\n  ros__parameters:\n")]) == {"amcl": {}}
 
 
 @dataclass(frozen=True)

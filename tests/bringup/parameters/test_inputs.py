@@ -9,7 +9,6 @@ from typing import Any
 import pytest
 
 from arjuna_core.config import flatten, load
-from arjuna_core.files.shipped import shipped_file
 from arjuna_nav.costmap.config import CostmapConfig
 from arjuna_nav.costmap.layers.observations import sources_of
 from arjuna_sim import inputs
@@ -29,6 +28,7 @@ from bringup.stack import (
     WORLD_GROUP,
     with_further,
 )
+from tests.helpers.files import changed, written
 from tests.sim.drive_cases import car
 
 pytestmark = pytest.mark.ros
@@ -77,14 +77,12 @@ def test_what_a_driver_brings_is_not_started(given: list[str], started: set[str]
 
 
 def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path) -> None:
-    robot = tmp_path / "other.urdf"
-    text = shipped_file("urdf/arjuna.urdf").read_text(encoding="utf-8")
-    robot.write_text(text.replace("base_footprint", "chassis"), encoding="utf-8")
-    file = tmp_path / "other.yaml"
-    file.write_text(
+    robot = changed(tmp_path, "urdf/arjuna.urdf", ("base_footprint", "chassis"))
+    file = written(
+        tmp_path,
         "{amcl: {ros__parameters: {base_frame_id: lidar_link}},"
         " explorer: {ros__parameters: {costmap: {robot_radius: 0.4}}}}",
-        encoding="utf-8",
+        "other.yaml",
     )
     parameters = gather(parse(["demo", "--robot", str(robot), "--params", str(file)]))
     assert parameters["slam_toolbox"]["base_frame"] == "chassis"
@@ -127,11 +125,9 @@ def test_the_filter_has_the_topics_of_the_robots_file(
     tmp_path: Path, command: str, imu: str, odometry: str, output: str | None
 ) -> None:
     """As TurtleBot3's, whose `imu` nobody heard: its odometry was the wheels' alone."""
-    text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
-    file = tmp_path / "burger.urdf"
-    text = text.replace("~/out:=imu/data", f"~/out:={imu}")
     renamed = f"<ros><remapping>odom:={odometry}</remapping></ros><left_joint>"
-    file.write_text(text.replace("<left_joint>", renamed, 1), encoding="utf-8")
+    changes = ("~/out:=imu/data", f"~/out:={imu}"), ("<left_joint>", renamed)
+    file = changed(tmp_path, "urdf/burger.urdf", *changes)
     given = gather(parse([command, "--robot", str(file)]))["ekf_filter_node"]
     assert (given["imu0"], given.get("odom_topic")) == (imu, output)
 
@@ -153,12 +149,9 @@ _DEPTH = """<gazebo reference="camera_link"><sensor name="{0}" type="depth">
 def test_costmaps_take_what_a_robots_own_cameras_see_above_its_ground(
     tmp_path: Path, cameras: tuple[str, ...], sources: dict[str, str], lowest: float, ground: float
 ) -> None:
-    text = Path("urdf/arjuna.urdf").read_text(encoding="utf-8").replace(":=depth/", ":=/")
-    for camera in cameras:
-        text = text.replace("</robot>", _DEPTH.format(camera))
-    file = tmp_path / "other.urdf"
-    text = text.replace('xyz="0 0 0.08"', f'xyz="0 0 {0.08 + ground:.2f}"')
-    file.write_text(text, encoding="utf-8")
+    changes = [("</robot>", _DEPTH.format(camera)) for camera in cameras]
+    changes += [(":=depth/", ":=/"), ('xyz="0 0 0.08"', f'xyz="0 0 {0.08 + ground:.2f}"')]
+    file = changed(tmp_path, "urdf/arjuna.urdf", *changes)
     found = gather(parse(["demo", "--robot", str(file)]))
     assert found["sim"]["cloud_rate"] == 10.0
     for node in COSTMAPS:
@@ -177,6 +170,13 @@ _LIDAR = """<link name="{0}"/><joint name="{0}_joint" type="fixed"><parent link=
 <range><min>0.1</min><max>8</max></range></lidar></sensor></gazebo></robot>"""
 
 
+def with_lidars(folder: Path, **pitches: float) -> Path:
+    """Write the shipped robot with further lidars by their pitch [rad]."""
+    further = (("</robot>", _LIDAR.format(name, pitch)) for name, pitch in pitches.items())
+    front = ("<topicName>scan<", "<topicName>/front/scan<")
+    return changed(folder, "urdf/arjuna.urdf", front, *further)
+
+
 def lidars_of(found: Any) -> list[dict[str, str]]:
     """Return the sources of both costmaps' scans and of the collision monitor, and their topics."""
     layers = [load(CostmapConfig, found[each]).obstacle_layer for each in COSTMAPS]  # type: ignore[attr-defined]
@@ -191,11 +191,7 @@ def lidars_of(found: Any) -> list[dict[str, str]]:
 def test_costmaps_and_the_monitor_take_all_lidars_that_look_level(
     tmp_path: Path, given: list[str]
 ) -> None:
-    text, file = Path("urdf/arjuna.urdf").read_text(encoding="utf-8"), tmp_path / "other.urdf"
-    text = text.replace("<topicName>scan<", "<topicName>/front/scan<")
-    for name, pitch in {"down": 0.8, "rear": 0.0, "left": 0.1}.items():
-        text = text.replace("</robot>", _LIDAR.format(name, pitch))
-    file.write_text(text, encoding="utf-8")
+    file = with_lidars(tmp_path, down=0.8, rear=0.0, left=0.1)
     words = ["nav", "--map", "maps/office.yaml", "--robot", str(file), *given]
     first = "scan" if given else "/front/scan"
     found = gather(parse(words))
@@ -209,9 +205,7 @@ def test_costmaps_and_the_monitor_take_all_lidars_that_look_level(
 
 @pytest.mark.parametrize("key", ["observation_sources", "scan.topic"])
 def test_sources_that_a_file_names_stay(tmp_path: Path, key: str) -> None:
-    text, file = Path("urdf/arjuna.urdf").read_text(encoding="utf-8"), tmp_path / "other.urdf"
-    text = text.replace("<topicName>scan<", "<topicName>/front/scan<")
-    file.write_text(text.replace("</robot>", _LIDAR.format("rear", 0.0)), encoding="utf-8")
+    file = with_lidars(tmp_path, rear=0.0)
     given = {"observation_sources": "other", "scan.topic": "/mine"}[key]
     words = [f"--param={node}:obstacle_layer.{key}:={given}" for node in COSTMAPS]
     words += [f"--param=collision_monitor:{key}:={'[other]' if given == 'other' else given}"]
@@ -221,10 +215,8 @@ def test_sources_that_a_file_names_stay(tmp_path: Path, key: str) -> None:
 
 
 def test_headings_of_wheels_alone_are_believed_less_than_a_gyros(tmp_path: Path) -> None:
-    text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
-    file, given = tmp_path / "burger.urdf", tmp_path / "given.yaml"
-    file.write_text(text.replace('type="imu"', 'type="none"'), encoding="utf-8")
-    given.write_text("amcl: {ros__parameters: {alpha1: 0.5}}", encoding="utf-8")
+    file = changed(tmp_path, "urdf/burger.urdf", ('type="imu"', 'type="none"'))
+    given = written(tmp_path, "amcl: {ros__parameters: {alpha1: 0.5}}")
     gyro = gather(parse(["demo", "--robot", "urdf/burger.urdf"]))
     wheels = gather(parse(["demo", "--robot", str(file), "--params", str(given)]))
     assert wheels["amcl"]["alpha2"] > gyro["amcl"]["alpha2"]
@@ -241,8 +233,7 @@ def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
 
 
 def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
-    file = tmp_path / "plain.yaml"
-    file.write_text("sim: {ros__parameters: {standard_topics: true}}", encoding="utf-8")
+    file = written(tmp_path, "sim: {ros__parameters: {standard_topics: true}}")
     given = ["demo", "--robot", "urdf/udacity_bot.xacro", "--params", str(file)]
     amcl = gather(parse(given))["amcl"]
     assert "scan_topic" not in amcl
@@ -284,8 +275,7 @@ def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFi
 def test_a_steered_robot_drives_in_bends_unless_a_file_says_otherwise(
     given: str, planner: str, turns: bool, tmp_path: Path
 ) -> None:
-    file = tmp_path / "own.yaml"
-    file.write_text(given or "{}")
+    file = written(tmp_path, given or "{}")
     command = ["demo", "--robot", "tests/bench/car/car.urdf", "--params", str(file)]
     found = gather(parse(command))
     drives, plans = found["controller_server"], found["planner_server"]
@@ -306,40 +296,26 @@ def test_a_steered_robot_drives_in_bends_unless_a_file_says_otherwise(
 def test_a_file_that_says_otherwise_of_a_robots_steering_is_reported(
     robot: str, word: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "tight.yaml"
-    file.write_text("behavior_server: {ros__parameters: {min_turning_radius: 0.2}}")
+    file = written(tmp_path, "behavior_server: {ros__parameters: {min_turning_radius: 0.2}}")
     given = gather(parse(["demo", "--robot", robot, "--params", str(file)]))
     assert given["behavior_server"]["min_turning_radius"] == 0.2
     assert word in capsys.readouterr().err
 
 
 def test_options_are_checked_beside_a_filter_that_a_file_starts(tmp_path: Path) -> None:
-    file = tmp_path / "ekf.yaml"
     mask = [False] * 6 + [True] + [False] * 8
     values = f"frequency: 50.0, odom0: wheel/odometry, odom0_config: {mask}"
-    file.write_text(f"ekf_filter_node: {{ros__parameters: {{{values}}}}}".lower())
+    file = written(tmp_path, f"ekf_filter_node: {{ros__parameters: {{{values}}}}}".lower())
     parameters = gather(parse(["demo", "--seed", "3", "--params", str(file)]))
     assert parameters["ekf_filter_node"]["frequency"] == 50.0
     assert parameters["sim"]["seed"] == 3
 
 
 def test_a_node_of_a_file_that_another_runs_is_left_out(tmp_path: Path) -> None:
-    file = tmp_path / "a.yaml"
     keys = "{filter_info_topic: /lanes, mask_topic: /mask}"
-    file.write_text(f"/r/lanes: {{ros__parameters: {keys}}}\nhalls: {{ros__parameters: {keys}}}")
-    given = gather(
-        parse(
-            [
-                "nav",
-                "--map",
-                str(shipped_file("maps/arjuna_room.yaml")),
-                "--params",
-                str(file),
-                "--leave-out",
-                "lanes",
-            ]
-        )
-    )
+    text = f"/r/lanes: {{ros__parameters: {keys}}}\nhalls: {{ros__parameters: {keys}}}"
+    words = ["nav", "--map", "maps/arjuna_room.yaml", "--leave-out", "lanes"]
+    given = gather(parse([*words, "--params", str(written(tmp_path, text))]))
     names = {spec.name for spec in with_further(NAVIGATION_GROUP, given).nodes}
     assert {"lanes", "halls"} & names == {"halls"}
 

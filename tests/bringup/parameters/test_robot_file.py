@@ -19,6 +19,7 @@ from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Kind
 from bringup.parameters.sources import keys_by_name
 from bringup.stack import DEMO_GROUPS, EKF, LOCAL_COSTMAP
+from tests.helpers.files import changed, written
 from tests.helpers.nav.stock_files import FILES
 from tests.sim.drive_cases import mecanum
 
@@ -27,10 +28,8 @@ SMALL = "robot_radius: 0.22 m, but the robot's body reaches 0.276 m from base_li
 
 
 def of_radius(tmp_path: Path, outline: str, costmaps: tuple[str, ...] = ("local", "global")) -> str:
-    file = tmp_path / "other.yaml"
     node = "{0}_costmap: {{{0}_costmap: {{ros__parameters: {{{1}}}}}}}\n"
-    file.write_text("".join(node.format(each, outline) for each in costmaps), encoding="utf-8")
-    return str(file)
+    return str(written(tmp_path, "".join(node.format(each, outline) for each in costmaps)))
 
 
 def body_of(words: list[str]) -> str:
@@ -90,9 +89,7 @@ def test_a_robot_explores_as_far_from_things_as_its_lidar_sees(
     tmp_path: Path, sight: float, most: float
 ) -> None:
     """Sent to 15 m from all there was, one whose lidar saw 3.5 m no longer knew where it was."""
-    text = shipped_file("urdf/burger.urdf").read_text(encoding="utf-8")
-    file = tmp_path / "burger.urdf"
-    file.write_text(text.replace("<max>3.5</max>", f"<max>{sight}</max>", 1), encoding="utf-8")
+    file = changed(tmp_path, "urdf/burger.urdf", ("<max>3.5</max>", f"<max>{sight}</max>"))
     key, words = "exploration.max_open_distance", ["demo", "--robot", str(file)]
     given = gather(parse(words))["explorer"]
     assert given.get(key, ExplorationConfig.max_open_distance) == most
@@ -107,10 +104,9 @@ def test_a_robot_that_brakes_slowly_is_reckoned_with(
     tmp_path: Path, limit: float, braking: tuple[float, float]
 ) -> None:
     """One of 0.2 m/s^2, driven as the shipped one, stood in walls."""
-    text = shipped_file("urdf/burger.urdf").read_text(encoding="utf-8")
-    file, end = tmp_path / "burger.urdf", "</max_linear_velocity>"
+    end = "</max_linear_velocity>"
     tag = f"<max_wheel_acceleration>{limit}</max_wheel_acceleration>"
-    file.write_text(text.replace(end, f"{end}{tag}", 1), encoding="utf-8")
+    file = changed(tmp_path, "urdf/burger.urdf", (end, f"{end}{tag}"))
     words, shipped = ["demo", "--robot", str(file)], shipped_parameters()
 
     def value(node: str, key: str, *more: str) -> Any:
@@ -170,9 +166,8 @@ DWB = "plugin: dwb_core::DWBLocalPlanner, max_vel_y"
 def test_a_controller_that_drives_sideways_is_held_against_the_drive(
     given: str, said: str, tmp_path: Path
 ) -> None:
-    file = tmp_path / "other.yaml"
     controller = f"controller_plugins: [FollowPath], FollowPath: {{{given}}}"
-    file.write_text(f"controller_server: {{ros__parameters: {{{controller}}}}}", encoding="utf-8")
+    file = written(tmp_path, f"controller_server: {{ros__parameters: {{{controller}}}}}")
     assert said in "".join(str(each) for each in check_file(file).remarks)
     assert check_file(file, str(mecanum().write(tmp_path))).remarks == []
 
@@ -193,10 +188,8 @@ def test_a_transform_that_nobody_publishes_is_told(
     is_said: bool,
 ) -> None:
     """The maps stayed empty of a robot whose file leaves it to a filter and has no IMU."""
-    text = Path("urdf/burger.urdf").read_text(encoding="utf-8").replace('type="imu"', 'type="-"')
-    file = tmp_path / "burger.urdf"
-    wheels, own = "<left_joint>", f"<publish_odom_tf>{flag}</publish_odom_tf>"
-    file.write_text(text.replace(wheels, own + wheels, 1), encoding="utf-8")
+    own = ("<left_joint>", f"<publish_odom_tf>{flag}</publish_odom_tf><left_joint>")
+    file = changed(tmp_path, "urdf/burger.urdf", ('type="imu"', 'type="-"'), own)
     gather(parse(["demo", "--robot", str(file), *given]))
     said = "publishes no transform odom -> base_footprint" in capsys.readouterr().err
     assert said is is_said
@@ -216,8 +209,7 @@ def with_names(folder: Path, what: str, name: str, **further: Any) -> tuple[str,
                 name
             )
             wanted |= {f"{spec.name}: {key}"} - UNHEARD
-    file = folder / "names.yaml"
-    file.write_text(yaml.safe_dump({**given, **further}), encoding="utf-8")
+    file = written(folder, yaml.safe_dump({**given, **further}), "names.yaml")
     return str(file), wanted
 
 
@@ -264,8 +256,7 @@ def test_robot_localization_may_give_the_odometry(
 def test_names_that_are_valid_or_not_heard(
     node: str, text: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    file = tmp_path / "names.yaml"
-    file.write_text(f"{node}: {{ros__parameters: {{{text}}}}}", encoding="utf-8")
+    file = written(tmp_path, f"{node}: {{ros__parameters: {{{text}}}}}", "names.yaml")
     assert bool(said_of(["demo", "--params", str(file)], capsys)) is is_said
 
 
@@ -273,6 +264,5 @@ def test_names_that_are_valid_or_not_heard(
 def test_stock_files_have_the_robot_s_names(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    path = tmp_path / "stock.yaml"
-    path.write_text(FILES[file], encoding="utf-8")
+    path = written(tmp_path, FILES[file], "stock.yaml")
     assert said_of(["demo", "--params", str(path)], capsys) == []

@@ -3,30 +3,23 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Sequence
 from datetime import datetime, timedelta, timezone
 from pathlib import Path
+
+import pytest
 
 from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
 from bringup.processes.output import RUNS_KEPT, RunLog
 
 
-def test_what_never_gave_a_sign_of_life_is_not_watched() -> None:
-    assert Heartbeat().silence(1000.0, 0.0) is None
-
-
-def test_silence_beyond_the_patience_is_known_with_its_length() -> None:
+def test_silence_beyond_the_patience_that_was_announced_is_known_with_its_length() -> None:
     heart = Heartbeat()
-    heart.hear(10.0, 5.0, 0.0)
-    assert heart.silence(14.9, 0.0) is None
-    assert heart.silence(16.0, 0.0) == 6.0
-
-
-def test_a_step_that_was_announced_may_take_its_time() -> None:
-    heart = Heartbeat()
-    heart.hear(10.0, 90.0, 0.0)
-    assert heart.silence(99.0, 0.0) is None
-    heart.hear(99.0, 5.0, 0.0)
-    assert heart.silence(105.0, 0.0) == 6.0
+    assert heart.silence(1000.0, 0.0) is None, "it never gave a sign of life"
+    for heard, patience in ((10.0, 5.0), (20.0, 90.0), (99.0, 5.0)):
+        heart.hear(heard, patience, 0.0)
+        assert heart.silence(heard + patience - 0.1, 0.0) is None
+        assert heart.silence(heard + patience + 1.0, 0.0) == patience + 1.0
 
 
 def test_time_without_a_core_or_without_a_listener_does_not_count() -> None:
@@ -43,37 +36,22 @@ def test_a_process_s_waiting_for_a_core_is_known_and_none_s_is_0() -> None:
     assert starved(2**22 + 1) == 0.0  # more than Linux gives
 
 
-def test_delays_double_and_the_fifth_death_in_a_minute_ends_the_attempts() -> None:
-    policy, now, delays = RestartPolicy(), 100.0, []
-    for _ in range(5):
-        delay = policy.on_death(now)
-        delays.append(delay)
-        now += 0.1 + (delay or 0.0)
-    assert delays == [0.2, 0.4, 0.8, 1.6, None]
-
-
-def test_a_process_that_dies_now_and_then_always_starts_again_at_once() -> None:
-    policy = RestartPolicy()
-    assert [policy.on_death(61.0 * n) for n in range(20)] == [0.2] * 20
-
-
-def test_deaths_older_than_the_window_no_longer_count() -> None:
-    policy = RestartPolicy(RestartLimits(first_delay=1.0, deaths=3, window=10.0))
-    assert policy.on_death(0.0) == 1.0
-    assert policy.on_death(6.0) == 2.0
-    assert policy.on_death(12.0) == 2.0  # the first is forgotten
-    assert policy.on_death(16.0) is None  # the second is just young enough
-
-
-def test_a_process_that_came_up_each_time_always_starts_again_at_once() -> None:
-    policy = RestartPolicy()
-    assert [policy.on_death(3.0 * n, was_up=True) for n in range(20)] == [0.2] * 20
-
-
-def test_policies_do_not_share_their_deaths() -> None:
-    first, second = RestartPolicy(), RestartPolicy()
-    first.on_death(0.0)
-    assert second.on_death(0.0) == 0.2
+@pytest.mark.parametrize(
+    ("limits", "deaths", "was_up", "delays"),
+    [
+        (RestartLimits(), (0.0, 0.3, 0.8, 1.7, 3.4), False, [0.2, 0.4, 0.8, 1.6, None]),
+        (RestartLimits(), [61.0 * n for n in range(20)], False, [0.2] * 20),
+        (RestartLimits(), [3.0 * n for n in range(20)], True, [0.2] * 20),
+        # The first is forgotten by the third; the second is just young enough for the fourth.
+        (RestartLimits(1.0, deaths=3, window=10.0), (0, 6, 12, 16), False, [1.0, 2.0, 2.0, None]),
+    ],
+    ids=["at once", "now and then", "up each time", "beyond the window"],
+)
+def test_delays_double_until_too_many_deaths_within_the_window_end_the_attempts(
+    limits: RestartLimits, deaths: Sequence[float], was_up: bool, delays: list[float | None]
+) -> None:
+    policy = RestartPolicy(limits)
+    assert [policy.on_death(time, was_up=was_up) for time in deaths] == delays
 
 
 STARTED = datetime(2026, 3, 4, 5, 6, 7, tzinfo=timezone.utc)

@@ -129,22 +129,16 @@ def test_a_process_that_keeps_dying_ends_everything_with_exit_code_1() -> None:
         assert ended(child)
 
 
-def test_a_process_that_refuses_its_input_is_not_started_again() -> None:
-    with supervise(SINGLE_SHOT.format(2)) as orchestrator:
+def test_what_refuses_its_input_is_not_started_again_and_its_last_words_are_shown() -> None:
+    with supervise("import sys; sys.stderr.write('no line end'); sys.exit(2)") as orchestrator:
         assert orchestrator.read_to_end() == 1
-        assert len(orchestrator.matching("[c0] pid ")) == 1
+        assert len(orchestrator.matching("[c0] no line end")) == 1
         assert orchestrator.matching("refused its input: giving up")
 
 
 def test_a_process_killed_by_a_signal_is_named_with_it() -> None:
     with supervise("import os; os.kill(os.getpid(), 11)") as orchestrator:
         orchestrator.wait_for("c0 died (SIGSEGV)")
-
-
-def test_the_last_words_of_a_process_are_shown_even_without_a_line_end() -> None:
-    with supervise("import sys; sys.stderr.write('no line end'); sys.exit(2)") as runner:
-        runner.read_to_end()
-        assert runner.matching("[c0] no line end")
 
 
 def test_a_process_that_quits_on_purpose_ends_all_with_exit_code_0() -> None:

@@ -176,3 +176,9 @@ def write_words(folder: Path, storage: str, packed: str) -> Path:
 def times(bag: Bag) -> list[int]:
     """Return the times of a bag's messages [ms]."""
     return [message.time // MS for message in bag.messages()]
+
+
+ENTRIES: list[Entry] = [
+    ("/tf", TF, 0.1 * k, transform_bytes(("odom", "base_link", SE2(float(k)), 0.1 * k)))
+    for k in range(1, 41)
+]

@@ -13,14 +13,11 @@ from mcap.writer import Writer
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicQos, dump, offer_for, parse, request_for
 from arjuna_core.errors import InputFileError
-from arjuna_core.se2 import SE2
 from tests.core.bags.recordings import (
+    ENTRIES,
     MS,
-    TF,
     Cdr,
-    Entry,
     times,
-    transform_bytes,
     write_numbers,
     write_ros1,
     write_words,
@@ -155,12 +152,6 @@ def test_reading_begins_where_it_is_asked_to_and_takes_only_what_is_wanted(tmp_p
     write_numbers(tmp_path / "bag").close()
     found = Bag(tmp_path / "bag").messages(lambda topic: topic == "/word", 55 * MS)
     assert [message.time // MS for message in found] == [60, 70, 80, 90]
-
-
-ENTRIES: list[Entry] = [
-    ("/tf", TF, 0.1 * k, transform_bytes(("odom", "base_link", SE2(float(k)), 0.1 * k)))
-    for k in range(1, 41)
-]
 
 
 def read(path: Path) -> tuple[list[BagMessage], list[str]]:

@@ -16,24 +16,16 @@ from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import dump
 from arjuna_core.bags.writer import BagFolder, SplitLimits, repair
 from arjuna_core.errors import InputFileError
-from arjuna_core.se2 import SE2
 from tests.core.bags.recordings import (
+    ENTRIES,
     LATCHED,
     MS,
     NUMBER,
-    TF,
-    Entry,
     times,
-    transform_bytes,
     write_numbers,
     write_ros1,
     write_words,
 )
-
-ENTRIES: list[Entry] = [
-    ("/tf", TF, 0.1 * k, transform_bytes(("odom", "base_link", SE2(float(k)), 0.1 * k)))
-    for k in range(1, 41)
-]
 
 
 def test_what_is_written_is_read_by_rosbags_too(tmp_path: Path) -> None:

@@ -15,6 +15,7 @@ from bringup.parameters.files import load_parameters, merged, shipped_parameters
 from bringup.parameters.foreign.conversion import Conversion, converted
 from bringup.parameters.foreign.ros1_names import TABLES, targets
 from bringup.parameters.sources import ROBOT_NAMES
+from tests.helpers.files import written
 from tests.helpers.nav.stock_files import FILES
 
 pytestmark = pytest.mark.ros
@@ -29,12 +30,6 @@ PROGRAMS = {
 }
 
 
-def written(folder: Path, text: str) -> Path:
-    path = folder / "theirs.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
-
-
 def checked(folder: Path, text: str) -> Conversion:
     result = converted(written(folder, text))
     assert (result.unknown, result.problems) == ([], [])
@@ -44,8 +39,7 @@ def checked(folder: Path, text: str) -> Conversion:
 @pytest.mark.parametrize("name", ROS1)
 def test_a_ros1_file_becomes_one_that_loads(name: str, tmp_path: Path) -> None:
     result = checked(tmp_path, ROS1[name]["text"])
-    ours = tmp_path / "ours.yaml"
-    ours.write_text(result.text, encoding="utf-8")
+    ours = written(tmp_path, result.text, "ours.yaml")
     assert check_file(ours).refused_by(strict=True) == []
     loaded = load_parameters([ours])
     for one in ROS1[name]["becomes"]:
@@ -95,8 +89,7 @@ def test_a_controller_s_accelerations_are_the_velocity_smoother_s(tmp_path: Path
 
 @pytest.mark.parametrize("name", FILES)
 def test_a_nav2_file_keeps_only_what_is_used(name: str, tmp_path: Path) -> None:
-    ours = tmp_path / "ours.yaml"
-    ours.write_text(checked(tmp_path, FILES[name]).text, encoding="utf-8")
+    ours = written(tmp_path, checked(tmp_path, FILES[name]).text, "ours.yaml")
     assert checked(tmp_path, ours.read_text()).notes == []
 
 
@@ -128,8 +121,8 @@ def test_the_page_has_every_name() -> None:
 
 
 def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
-    path = tmp_path / "amcl.launch"
-    path.write_text(
+    path = written(
+        tmp_path,
         """<launch><node pkg="amcl" type="amcl" name="amcl">
           <remap from="scan" to="robot/laser/scan"/><remap from="map" to="plan"/>
           <param name="odom_alpha1" value="0.02"/><param name="gui_publish_rate" value="10"/>
@@ -137,13 +130,12 @@ def test_a_launch_file_becomes_one_that_loads(tmp_path: Path) -> None:
           <remap from="cmd_vel" to="robot/cmd_vel"/>
           <rosparam>TrajectoryPlannerROS: {max_vel_x: 0.45}</rosparam>
         </node></launch>""",
-        encoding="utf-8",
+        "amcl.launch",
     )
     result = converted(path)
     assert (result.unknown, result.problems) == ([], [])
     assert result.notes == ["amcl: gui_publish_rate", "amcl: remap from map to plan"]
-    ours = tmp_path / "ours.yaml"
-    ours.write_text(result.text, encoding="utf-8")
+    ours = written(tmp_path, result.text, "ours.yaml")
     assert check_file(ours).refused_by(strict=True) == []
     loaded = load_parameters([ours])
     assert loaded["amcl"] == {"alpha1": 0.02, "scan_topic": "robot/laser/scan"}

@@ -7,7 +7,9 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError
-from bringup.parameters.foreign.launch_file import LaunchFile, is_launch_file
+from arjuna_core.files.input_file import is_xml
+from bringup.parameters.foreign.launch_file import LaunchFile
+from tests.helpers.files import write_all, written
 
 _NAVIGATION = """<?xml version="1.0"?>
 <launch>
@@ -51,15 +53,14 @@ _MOVE_BASE = """<launch>
 def _package(folder: Path) -> Path:
     """Write a package with two launch files and their parameters; return the outer one's path."""
     root = folder / "src" / "my_robot"
-    for name, text in {
+    files = {
         "package.xml": "<package><name>my_robot</name></package>",
         "launch/navigation.launch": _NAVIGATION,
         "launch/parts/move_base.launch": _MOVE_BASE,
         "params/common.yaml": "{robot_radius: 0.2, obstacle_range: 2.5}",
         "launch/params/local.yaml": "{local_costmap: {robot_radius: 0.3, width: 4}}",
-    }.items():
-        (root / name).parent.mkdir(parents=True, exist_ok=True)
-        (root / name).write_text(text, encoding="utf-8")
+    }
+    write_all(root, files)
     return root / "launch" / "navigation.launch"
 
 
@@ -92,11 +93,12 @@ def test_what_cannot_be_followed_is_noted(tmp_path: Path) -> None:
 
 
 def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    path = tmp_path / "a.launch"
-    path.write_text(
+    path = written(
+        tmp_path,
         '<launch><node type="slam_gmapping" args="_delta:=0.1 __name:=x scan:=$(env SCAN)">'
         '<remap from="odom" to="wheels"/>'
-        '<param name="particles" value="$(optenv COUNT 30)"/></node></launch>'
+        '<param name="particles" value="$(optenv COUNT 30)"/></node></launch>',
+        "a.launch",
     )
     monkeypatch.setenv("SCAN", "front")
     launch = LaunchFile(path)
@@ -116,9 +118,8 @@ def test_the_environment_is_asked(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     ],
 )
 def test_a_file_that_cannot_be_used_is_refused(text: str, problem: str, tmp_path: Path) -> None:
-    path = tmp_path / "a.launch"
-    path.write_text(text, encoding="utf-8")
-    assert is_launch_file(path)
+    path = written(tmp_path, text, "a.launch")
+    assert is_xml(path)
     with pytest.raises(InputFileError, match=problem):
         LaunchFile(path)
 
@@ -135,6 +136,6 @@ def test_a_hundred_files_are_read_and_no_more(tmp_path: Path) -> None:
 
 def test_yaml_is_no_launch_file(tmp_path: Path) -> None:
     path = tmp_path / "a.launch"
-    assert not is_launch_file(path)
+    assert not is_xml(path)
     path.write_text("amcl: {max_particles: 80}", encoding="utf-8")
-    assert not is_launch_file(path)
+    assert not is_xml(path)

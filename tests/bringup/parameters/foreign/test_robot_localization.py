@@ -22,6 +22,7 @@ from bringup.stack import (
     fusion_nodes,
     with_further,
 )
+from tests.helpers.files import written
 from tests.helpers.processes import given_parameters
 
 MASK = [True, *[False] * 14]
@@ -43,10 +44,8 @@ ONE: dict[str, Any] = {
 
 
 def _checked(tmp_path: Path, sections: dict[str, Any], text: str = "") -> Checked:
-    file = tmp_path / "ekf.yaml"
     found = {name: {"ros__parameters": values} for name, values in sections.items()}
-    file.write_text(json.dumps(found) if sections else text, encoding="utf-8")
-    return check_file(file)
+    return check_file(written(tmp_path, json.dumps(found) if sections else text))
 
 
 @pytest.mark.parametrize(
@@ -114,8 +113,7 @@ def _started(words: list[str], monkeypatch: pytest.MonkeyPatch, program: str) ->
 def test_ros2_run_takes_files_names_and_remappings(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str
 ) -> None:
-    file = tmp_path / "ekf.yaml"
-    file.write_text(json.dumps({"mine": {"ros__parameters": ONE}}), encoding="utf-8")
+    file = written(tmp_path, json.dumps({"mine": {"ros__parameters": ONE}}), "ekf.yaml")
     words = ["--params-file", str(file), "-p", "frequency:=10.0", "-r", "__node:=mine"]
     got = _started([*words, "-r", "odometry/filtered:=odom"], monkeypatch, program)
     values = given_parameters(got)
@@ -134,11 +132,8 @@ def test_ros2_run_refuses_what_is_not_valid(monkeypatch: pytest.MonkeyPatch) -> 
 
 @pytest.mark.parametrize("name", ["ekf_filter_node", "ukf_filter_node", "ukf_node", "ekf_map"])
 def test_a_filter_is_checked_once_under_any_name(name: str, tmp_path: Path) -> None:
-    file = tmp_path / "filter.yaml"
     mask = f"[{'false, ' * 14}1]"
-    file.write_text(
-        f"{name}: {{ros__parameters: {{odom0: odom, nobodys: 1, odom0_config: {mask}}}}}"
-    )
-    found = check_file(file)
+    text = f"{name}: {{ros__parameters: {{odom0: odom, nobodys: 1, odom0_config: {mask}}}}}"
+    found = check_file(written(tmp_path, text))
     assert [one.where for one in found.remarks] == [f"{name}: nobodys"]
     assert len(found.problems) == 1

@@ -19,18 +19,13 @@ from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.inputs import gather
 from bringup.parameters.remarks import Checked, lines
 from bringup.stack import all_nodes, further_nodes
+from tests.helpers.files import written
 from tests.helpers.nav.stock_files import FILES, humble_file, nav2_file
 
 pytestmark = pytest.mark.ros
 NAV2: dict[str, Any] = yaml.safe_load(
     (Path(__file__).parent / "nav2_files.yaml").read_text(encoding="utf-8")
 )
-
-
-def written(folder: Path, text: str) -> Path:
-    path = folder / "params.yaml"
-    path.write_text(text, encoding="utf-8")
-    return path
 
 
 def understood(folder: Path, text: str) -> Checked:
