@@ -63,13 +63,10 @@ class CMakeLists:
     """The result of the calls of a CMakeLists.txt.
 
     Attributes:
-        items: What is installed.
         modules: Packages of Python by name, and their folders.
         compiled: Names of what would have to be compiled.
         missing: Files and folders that are to be installed and are not there.
         is_interfaces: Whether messages, services or actions are generated.
-        tests: What is run by `colcon test`.
-        compiled_tests: Names of tests that would have to be compiled.
     """
 
     folder: Path

@@ -35,8 +35,6 @@ class RobotSide:
     """Listens to displays' topics and publishes commands; all happens in `spin` and `tick`.
 
     Args:
-        context: An rclpy context to live in; its own if None.
-        namespace: The robot's.
         fixed_frame: The frame to draw and to command in.
         command_topic: Of velocities by hand.
     """
