@@ -168,7 +168,8 @@ class CMakeLists:
         kind, rest = words[0], words[1:]
         if kind not in ("DIRECTORY", "FILES", "PROGRAMS") or "DESTINATION" not in rest:
             return
-        sources = [one for one in _until_keyword(rest) if one != "OPTIONAL"]
+        end = next(at for at, word in enumerate(rest) if word in _KEYWORDS)
+        sources = [one for one in rest[:end] if one != "OPTIONAL"]
         into = Path(rest[rest.index("DESTINATION") + 1].lstrip("/"))
         for one in sources:
             name = rest[rest.index("RENAME") + 1] if "RENAME" in rest else Path(one).name
@@ -195,11 +196,6 @@ class CMakeLists:
             left_out = any(fnmatch(part, one) for part in path.parts for one in excluded)
             if each.is_file() and not left_out:
                 self.items.append(Item(each, target / path))
-
-
-def _until_keyword(words: Sequence[str]) -> list[str]:
-    end = next((at for at, word in enumerate(words) if word in _KEYWORDS), len(words))
-    return list(words[:end])
 
 
 def _excluded(words: Sequence[str]) -> list[str]:

@@ -121,7 +121,7 @@ class Viewer:
         robot, now = self._robot, time.monotonic()
         robot.tick(now)
         self._scene.drop_old()
-        for key, message in robot.take():
+        for key, message in robot.feed.take():
             self._do(key, methodcaller("take", message))
         base = self._base
         left, people = robot.navigation.state.distance, robot.entities.take(base)
@@ -183,7 +183,7 @@ class Viewer:
         self._scene.draw(key, drawn)
         if isinstance(each.display, RobotModel):
             self._root = each.display.base
-            self._panel.name(each.display.robot or "Arjuna")
+            self._server.gui.set_panel_label(each.display.robot or "Arjuna")
             for note in each.display.notes:
                 self._robot.node.get_logger().warning(note)
 
@@ -268,7 +268,7 @@ class Viewer:
         if key in self._shown:
             spec = replace(self._shown[key].spec, **changes)
             self._shown[key] = _Shown(spec, spec.make())
-            self._robot.forget(key)  # so that what is published once comes again
+            self._robot.feed.forget(key)  # so that what is published once comes again
             self._listen()
 
     def _rename(self, key: str, topic: str) -> None:
@@ -296,7 +296,7 @@ class Viewer:
         for key in list(self._shown):
             self._remove(key)
         self._config = found
-        self._robot.frames.want(found.fixed_frame or "map")
+        self._robot.frames.wanted = found.fixed_frame or "map"
         for spec in found.displays:
             self.add(spec)
         if found.unsupported:
