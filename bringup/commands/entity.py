@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING
 from bringup.parameters import options
 
 if TYPE_CHECKING:
+    from simulation_interfaces.msg import Resource
+
     from bringup.client.simulator import SimulatorClient
 
 EXAMPLES = (
@@ -96,44 +98,37 @@ def run(arguments: argparse.Namespace) -> int:
     from bringup.terminal import show
 
     with closing(SimulatorClient(namespace=arguments.namespace)) as client:
-        for line in _ACTIONS[arguments.action](client, arguments):
+        for line in _done(client, arguments):
             show(line)
     return 0
 
 
-def _list(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
-    return client.entities(arguments.filter)
-
-
-def _delete(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
-    client.delete(arguments.name)
-    return [f"{arguments.name} is gone"]
-
-
-def _move(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
+def _done(client: SimulatorClient, given: argparse.Namespace) -> list[str]:
+    """Do what is asked for; return what there is to say."""
     from bringup.client.simulator import pose_at
 
-    x, y = arguments.x, arguments.y
-    client.move(arguments.name, pose_at(x, y, arguments.z, arguments.yaw))
-    return [f"{arguments.name} is at {x:g}, {y:g}"]
+    if given.action == "list":
+        return client.entities(given.filter)
+    if given.action == "delete":
+        client.delete(given.name)
+        return [f"{given.name} is gone"]
+    if given.action == "move":
+        client.move(given.name, pose_at(given.x, given.y, given.z, given.yaw))
+        return [f"{given.name} is at {given.x:g}, {given.y:g}"]
+    x, y = given.at
+    pose = pose_at(x, y, given.z, given.yaw)
+    return [f"{client.spawn(given.name, _resource(client, given), pose)} is there"]
 
 
-def _spawn(client: SimulatorClient, arguments: argparse.Namespace) -> list[str]:
-    from bringup.client.simulator import SimulatorError, pose_at, resource_of, walker
+def _resource(client: SimulatorClient, given: argparse.Namespace) -> Resource:
+    from bringup.client.simulator import SimulatorError, resource_of, walker
 
-    if arguments.path is None:
-        resource = resource_of(arguments.what)
-    elif arguments.what == "person":
-        from bringup.scenarios.people import route_past
+    if given.path is None:
+        return resource_of(given.what)
+    if given.what != "person":
+        raise SimulatorError(f"only a person walks a path, not '{given.what}'")
+    from bringup.scenarios.people import route_past
 
-        path = arguments.path if arguments.once else [*arguments.path, arguments.path[0]]
-        path = route_past(path, client.obstacles())
-        resource = walker(arguments.name, path, arguments.speed, loop=not arguments.once)
-    else:
-        raise SimulatorError(f"only a person walks a path, not '{arguments.what}'")
-    x, y = arguments.at
-    pose = pose_at(x, y, arguments.z, arguments.yaw)
-    return [f"{client.spawn(arguments.name, resource, pose)} is there"]
-
-
-_ACTIONS = {"list": _list, "delete": _delete, "move": _move, "spawn": _spawn}
+    path = given.path if given.once else [*given.path, given.path[0]]
+    path = route_past(path, client.obstacles())
+    return walker(given.name, path, given.speed, loop=not given.once)

@@ -83,11 +83,8 @@ def _table(tuning: Tuning, study: Study) -> list[str]:
     best, shares = study.ranked()[0], study.importance()
     lines = [f"\n{'':64}{'now':>10}{'best':>10}  mattered"]
     for one in tuning.dimensions:
-        both = [_text(value) for value in (one.now, best.values[one.name])]
+        values = one.now, best.values[one.name]
+        both = [f"{each:.4g}" if isinstance(each, float) else str(each) for each in values]
         share = f"{100.0 * shares[one.name]:5.0f} %" if shares else "     ?"
         lines.append(f"{one.name:64}{both[0]:>10}{both[1]:>10}  {share}")
     return lines
-
-
-def _text(value: object) -> str:
-    return f"{value:.4g}" if isinstance(value, float) else str(value)

@@ -90,29 +90,24 @@ def _serve_browser(arguments: argparse.Namespace, stopped: Callable[[], bool]) -
 
 
 class _CpuWatch:
-    """Returns the share of a core that each node's process uses, by the node's name."""
+    """Returns the share of a core that each node's process used since the last call, by name."""
 
-    def __init__(self, robot: Any, period: float = 2.0) -> None:
-        self._robot, self._period = robot, period
+    def __init__(self, robot: Any) -> None:
+        self._robot = robot
         self._before: list[Any] = []
-        self._looked = 0.0
-        self._shares: dict[str, float] = {}
+        self._looked = time.monotonic()
 
     def __call__(self) -> dict[str, float]:
         from bringup.doctor.machine import host_processes
         from bringup.doctor.table import cpu_shares, groups_by_node
 
-        now = time.monotonic()
-        if now >= self._looked + self._period:
-            domain = self._robot.node.context.get_domain_id()
-            hosts = [host for host in host_processes() if host.domain == domain]
-            shares = cpu_shares(self._before, hosts, now - self._looked)
-            self._before, self._looked = hosts, now
-            groups, names = groups_by_node(), self._robot.node.get_node_names()
-            self._shares = {
-                name: shares[groups[name]] for name in names if groups.get(name) in shares
-            }
-        return self._shares
+        before, since = self._before, self._looked
+        domain = self._robot.node.context.get_domain_id()
+        self._before = [host for host in host_processes() if host.domain == domain]
+        self._looked = time.monotonic()
+        shares = cpu_shares(before, self._before, self._looked - since)
+        groups, names = groups_by_node(), self._robot.node.get_node_names()
+        return {name: shares[groups[name]] for name in names if groups.get(name) in shares}
 
 
 def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
@@ -128,8 +123,7 @@ def _serve_foxglove(arguments: argparse.Namespace, stopped: Callable[[], bool]) 
 
 def _serve_rerun(arguments: argparse.Namespace, stopped: Callable[[], bool]) -> None:
     from bringup.terminal import show
-    from bringup.viewing.drawing.visual_model import mesh_finder
     from bringup.viewing.rerun.show import watch
 
     options.extend_search(arguments)
-    watch(arguments.save, arguments.web, mesh_finder(), show, stopped)
+    watch(arguments.save, arguments.web, show, stopped)

@@ -60,9 +60,7 @@ class DemoOptions:
     """Options of a demo run.
 
     Attributes:
-        waypoints: What is driven to on the map.
         goals: How many goals are drawn on the map that was made, in place of waypoints; 0 for none.
-        kidnap: Whether the robot is carried off then, and drives home.
         map_time: For the first scan to be mapped [s].
         explore_time: After which what is mapped so far is the map [s]; None to map it all.
         explore_limit: After which mapping it all is given up [s].
@@ -135,19 +133,19 @@ class Demo:
 
     def _listen(self) -> None:
         client = self._robot.client
-        client.create_subscription(
-            LocalizationQuality, "amcl/localization_quality", self._on_quality, qos.DEFAULT
-        )
-        client.create_subscription(String, "explorer/status", self._on_status, qos.LATCHED)
+
+        def on_quality(message: Any) -> None:
+            self._quality = message.quality
+
+        def on_status(message: Any) -> None:
+            self._exploration = message.data
+
+        topic = "amcl/localization_quality"
+        client.create_subscription(LocalizationQuality, topic, on_quality, qos.DEFAULT)
+        client.create_subscription(String, "explorer/status", on_status, qos.LATCHED)
         self._initial_pose = client.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
         )
-
-    def _on_quality(self, message: Any) -> None:
-        self._quality = message.quality
-
-    def _on_status(self, message: Any) -> None:
-        self._exploration = message.data
 
     def _origin(self) -> SE2:
         """Return where in the world the map begins: where the robot does."""
@@ -300,14 +298,11 @@ class Demo:
         samples = self._samples
         draw_snapshot(out / "trajectory.png", samples.snapshot(grid), "The robot's path", 7.5)
         report = Report.of(
-            samples,
-            self._explored,
-            grid,
-            self._surfaces(),
-            self._options.seed,
-            self._progress.wall_time,
-            recovered,
-            self._recovery_s,
+            *(samples, grid, self._surfaces(), self._progress.wall_time),
+            seed=self._options.seed,
+            exploration_done=self._explored,
+            kidnap_recovered=recovered,
+            kidnap_recovery_s=self._recovery_s,
         )
         write_report(out, report)
         return report

@@ -98,8 +98,7 @@ class Samples:
         judged: For each row whether the estimate counts as localization (after mapping and not
             between a kidnap and the recovery from it).
         stamps: For each row of when the estimate is [s]: as late as the robot's odometry comes.
-        collisions: How often a contact with the world began.
-        touched: What was touched then, `(names, x, y)`.
+        touched: What contacts with the world began with, `(names, x, y)`.
         missed: Which goals were not reached, and why; why none could be drawn.
         goals: `(x, y, yaw, reached)` in order.
     """
@@ -107,7 +106,6 @@ class Samples:
     rows: list[tuple[float, ...]] = field(default_factory=list)
     judged: list[bool] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
-    collisions: int = 0
     touched: list[tuple[str, float, float]] = field(default_factory=list)
     missed: list[str] = field(default_factory=list)
     goals: list[tuple[float, float, float, bool]] = field(default_factory=list)
@@ -129,7 +127,6 @@ class Samples:
         self.judged.append(judge and estimate is not None)
         touching = len(contacts) > 0
         if touching and not self._touching:
-            self.collisions += 1
             self.touched.append((", ".join(sorted(contacts)), truth.x, truth.y))
         self._touching = touching
 
@@ -200,27 +197,17 @@ class Report:
 
     @staticmethod
     def of(
-        samples: Samples,
-        exploration_done: bool,
-        grid: OccupancyGrid,
-        surfaces: Floats,
-        seed: int,
-        wall_time: float,
-        kidnap_recovered: bool | None,
-        kidnap_recovery_s: float | None,
+        samples: Samples, grid: OccupancyGrid, surfaces: Floats, wall_time: float, **facts: Any
     ) -> Report:
-        """Work out a run's figures."""
+        """Work out a run's figures; the fields that follow from none of these are given."""
         position, heading = samples.localization_rmse()
         sim_time = float(samples.table[-1, 0])
         return Report(
-            seed=seed,
-            exploration_done=exploration_done,
+            **facts,
             waypoints_total=len(samples.goals),
             waypoints_reached=sum(reached for *_, reached in samples.goals),
-            kidnap_recovered=kidnap_recovered,
-            kidnap_recovery_s=kidnap_recovery_s,
             missed=tuple(samples.missed),
-            collisions=samples.collisions,
+            collisions=len(samples.touched),
             touched=tuple(f"{name} at ({x:.2f}, {y:.2f})" for name, x, y in samples.touched),
             localization_rmse_m=position,
             localization_rmse_rad=heading,

@@ -29,7 +29,7 @@ from bringup.client.session import Session
 from bringup.doctor.checks.rates import LEAST, LEAST_OF_TYPE
 from bringup.doctor.machine import host_processes, read_machine
 from bringup.doctor.snapshot import Clock, Robot, ScanFacts, Snapshot, scan_facts
-from bringup.doctor.table import Row, cpu_shares, main_topic, rows
+from bringup.doctor.table import cpu_shares, main_topic, rows
 from bringup.ros2.discovery import discover
 from bringup.ros2.types import interface_class
 
@@ -91,7 +91,7 @@ class Observer:
         start = self._session.now
         self._session.pause(duration)
         passed = self._session.now - start
-        times, counts = self._times[:], counter.counts()
+        times, counts = self._times[:], dict(counter.counts)
         ends, states = endpoints(self._session), lifecycle_states(self._session, 1.0)
         found = Snapshot(
             machine=read_machine(),
@@ -161,34 +161,30 @@ def clock_of(times: Sequence[float]) -> Clock | None:
 
 
 class Counter:
-    """Counts from the last restart on."""
+    """Counts the messages on topics from the last restart on."""
 
     def __init__(self, session: Session) -> None:
         self._session = session
-        self._counts: dict[str, int] = {}
+        self.counts: dict[str, int] = {}
 
     def listen(self, topic: str) -> None:
         """Count a topic too, if somebody publishes on it and it is not counted yet."""
         client = self._session.client
         publishers = client.get_publishers_info_by_topic(topic)
-        if topic in self._counts or not publishers:
+        if topic in self.counts or not publishers:
             return
 
         def count(message: bytes) -> None:
-            self._counts[topic] += 1
+            self.counts[topic] += 1
 
-        self._counts[topic] = 0
+        self.counts[topic] = 0
         kind = interface_class(publishers[0].topic_type)
         profile = QoSProfile(depth=100, reliability=ReliabilityPolicy.BEST_EFFORT)
         client.create_subscription(kind, topic, count, profile, raw=True)
 
     def restart(self) -> None:
         """Start at zero again."""
-        self._counts = dict.fromkeys(self._counts, 0)
-
-    def counts(self) -> dict[str, int]:
-        """Return the number of messages on each topic that is counted."""
-        return dict(self._counts)
+        self.counts = dict.fromkeys(self.counts, 0)
 
 
 class Watcher:
@@ -205,8 +201,8 @@ class Watcher:
         if message.level >= Log.WARN:
             self._warnings[message.name] = message.msg
 
-    def rows(self, period: float) -> list[Row]:
-        """Watch for a period [s] and return a row for each node."""
+    def rows(self, period: float) -> list[tuple[str, ...]]:
+        """Watch for a period [s] and return the table's cells for each node."""
         session = self._session
         start = f"{session.client.get_namespace().rstrip('/')}/"
         names = [name for name in nodes(session) if name.startswith(start)]
@@ -219,7 +215,7 @@ class Watcher:
         before = [host for host in host_processes() if host.domain == domain]
         session.pause(period)
         passed = session.now - begin
-        rates = {topic: count / passed for topic, count in self._counter.counts().items()}
+        rates = {topic: count / passed for topic, count in self._counter.counts.items()}
         shares = cpu_shares(before, host_processes(), passed)
         states = lifecycle_states(session, 1.0)
         return rows(names, states, shares, topics, rates, self._warnings)

@@ -33,9 +33,7 @@ class Machine:
 
     Attributes:
         python: Version, (3, 12).
-        missing: Modules that are not installed.
         foreign: Modules of ours that come from elsewhere than this environment, with their path.
-        environment: The variables that ROS, MuJoCo and Python read.
         gl_error: Why nothing can be drawn off-screen; empty where it can.
         disk_free: Of the home folder [GiB].
         memory_free: [GiB].
@@ -113,10 +111,7 @@ class Snapshot:
         namespace: The robot's, "/" for none; names of nodes and topics are without it.
         duration: Of listening [s].
         nodes: Full names of the nodes, one for each, so that twins show.
-        endpoints: Publishers and subscriptions.
         states: Lifecycle state of each managed node, "" where it did not answer.
-        counts: How many messages came on each topic that was listened to.
-        clock: Of /clock, None where nothing came.
         on_system_time: Nodes that stamp by the system's clock while /clock is published.
     """
 

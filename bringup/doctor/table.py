@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import dataclass
 
 from bringup.client.endpoint import Endpoint
 from bringup.doctor.machine import HostProcess
@@ -13,28 +12,6 @@ _MAIN = {"sim": "/scan", "amcl": "/amcl_pose", "slam_toolbox": "/map"}
 _PLUMBING = ("/rosout", "/parameter_events", "/tf", "/tf_static")
 _WIDTHS = (32, 13, 13, 6, 28, 9)
 _HEADINGS = ("NODE", "STATE", "PROCESS", "CPU", "TOPIC", "RATE", "LAST WARNING")
-
-
-@dataclass(frozen=True)
-class Row:
-    """A node.
-
-    Attributes:
-        state: Lifecycle state, "" for none.
-        process: The process of ours that runs it, "" for none.
-        cpu: Share of one core that the process uses; None where unknown.
-        topic: Its main one, "" for nothing.
-        rate: Of that [Hz]; None where not counted.
-        warning: Its last, "" for none.
-    """
-
-    node: str
-    state: str = ""
-    process: str = ""
-    cpu: float | None = None
-    topic: str = ""
-    rate: float | None = None
-    warning: str = ""
 
 
 def main_topic(node: str, endpoints: Iterable[Endpoint]) -> str:
@@ -81,28 +58,22 @@ def rows(
     topics: Mapping[str, str],
     rates: Mapping[str, float],
     warnings: Mapping[str, str],
-) -> list[Row]:
-    """Return a row for each node, of values by its full name, topic or logger; rates in [Hz]."""
-    groups, found = groups_by_node(), []
+) -> list[tuple[str, ...]]:
+    """Return the cells of each node, of values by its full name, topic or logger; rates in [Hz]."""
+    groups, found = groups_by_node(), list[tuple[str, ...]]()
     for node in nodes:
-        group = groups.get(node.rpartition("/")[2], "")
-        topic = topics.get(node, "")
+        group, topic = groups.get(node.rpartition("/")[2], ""), topics.get(node, "")
         state = (states[node] or "no answer") if node in states else ""
+        process = (group, f"{shares[group]:.0%}") if group in shares else ("", "")
+        rate = f"{rates[topic]:.1f} Hz" if topic in rates else ""
         warning = warnings.get(node.strip("/").replace("/", "."), "")
-        cpu, rate = shares.get(group), rates.get(topic)
-        process = "" if cpu is None else group
-        found.append(Row(node, state, process, cpu, topic, rate, warning))
+        found.append((node, state, *process, topic, rate, warning))
     return found
 
 
-def table_text(found: Iterable[Row], width: int) -> str:
+def table_text(rows: Iterable[tuple[str, ...]], width: int) -> str:
     """Return the table, no line longer than a width [characters]."""
-    lines = [_line(_HEADINGS)]
-    for row in found:
-        cpu = "" if row.cpu is None else f"{row.cpu:.0%}"
-        rate = "" if row.rate is None else f"{row.rate:.1f} Hz"
-        lines.append(_line((row.node, row.state, row.process, cpu, row.topic, rate, row.warning)))
-    return "\n".join(line[:width].rstrip() for line in lines)
+    return "\n".join(_line(cells)[:width].rstrip() for cells in (_HEADINGS, *rows))
 
 
 def _line(cells: tuple[str, ...]) -> str:

@@ -11,7 +11,7 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import ExitStack, suppress
 from dataclasses import dataclass
 from pathlib import Path
@@ -19,7 +19,6 @@ from pathlib import Path
 from arjuna_core.errors import ArjunaError, InputFileError
 from arjuna_core.files.input_file import read_text
 
-_HEADING = re.compile(r"^## (.+)$")
 _FENCE = re.compile(r"^```(\w*)$")
 _CTRL_C = re.compile(r"#\s*Ctrl-C after (\d+) s")
 _BY_HAND = re.compile(r"#\s*by hand")
@@ -36,7 +35,6 @@ class Command:
         words: Its words, without what is said to the reader.
         stays: Whether it runs on beside those that follow (`&`).
         seconds: After how long it is ended with Ctrl-C [s]; None for when it ends by itself.
-        by_hand: Whether it needs somebody at the keyboard.
     """
 
     text: str
@@ -81,7 +79,12 @@ def load_page(path: Path) -> Page:
     lines = read_text(path).splitlines()
     title = next((line[2:] for line in lines if line.startswith("# ")), path.stem)
     try:
-        sections = tuple(section for section in _sections(lines) if section.commands)
+        starts = [i for i, line in enumerate(lines) if line.startswith("## ")]
+        found = (
+            _section(lines[start][3:], lines[start + 1 : end])
+            for start, end in itertools.pairwise([*starts, len(lines)])
+        )
+        sections = tuple(section for section in found if section.commands)
     except ValueError as error:  # as of a quote that is not closed
         raise InputFileError(path, f"holds a command that is none: {error}") from error
     if not sections:
@@ -89,12 +92,6 @@ def load_page(path: Path) -> Page:
             path, f"holds no command; valid: '## TITLE' and blocks of '{COMMANDS}'"
         )
     return Page(title, sections)
-
-
-def _sections(lines: list[str]) -> Iterator[Section]:
-    starts = [i for i, line in enumerate(lines) if _HEADING.match(line)]
-    for start, end in itertools.pairwise([*starts, len(lines)]):
-        yield _section(lines[start][3:], lines[start + 1 : end])
 
 
 def _section(title: str, lines: list[str]) -> Section:

@@ -67,8 +67,8 @@ def run_slam(arguments: argparse.Namespace) -> str:
         metres, degrees = mapped.error.translation[0], math.degrees(mapped.error.rotation[0])
         rows.append(("relations", f"{metres:.4f} m, {degrees:.3f} deg mean error"))
     _write(arguments.out, report, mapped.grid, mapped.trajectory)
-    made = ("map.pgm", "map.yaml", *_ARTIFACTS)
-    return _summary("slam", report, rows, mapped.problems, arguments.out, made)
+    made = f"{arguments.out}: {', '.join(('map.pgm', 'map.yaml', *_ARTIFACTS))}"
+    return _summary(f"slam, {arguments.offline}", report, rows, mapped.problems, made)
 
 
 def run_amcl(arguments: argparse.Namespace) -> str:
@@ -101,7 +101,8 @@ def run_amcl(arguments: argparse.Namespace) -> str:
         ("quality", f"{report['quality']:.2f} in the mean"),
     ]
     _write(arguments.out, report, localized.grid, trajectory)
-    return _summary("amcl", report, rows, localized.problems, arguments.out, _ARTIFACTS)
+    made = f"{arguments.out}: {', '.join(_ARTIFACTS)}"
+    return _summary(f"amcl, {arguments.offline}", report, rows, localized.problems, made)
 
 
 def _parameters(arguments: argparse.Namespace, node: str) -> dict[str, Any]:
@@ -170,21 +171,16 @@ def _tum(entry: tuple[float, SE2]) -> str:
 
 
 def _summary(
-    name: str,
-    report: dict[str, Any],
-    rows: list[tuple[str, str]],
-    problems: list[str],
-    out: Path,
-    files: tuple[str, ...],
+    title: str, report: dict[str, Any], rows: list[tuple[str, str]], problems: list[str], out: str
 ) -> str:
     lines = [
         *rows,
         ("path", f"{report['path_length_m']:.1f} m in {report['log_s']:.0f} s"),
         ("speed", f"{report['realtime_factor']:.0f} x real time ({report['time_s']:.1f} s)"),
         *(("note", problem) for problem in problems),
-        ("artifacts", f"{out}: {', '.join(files)}"),
+        ("artifacts", out),
     ]
-    return "\n".join([f"{name}, {report['input']}", *(f"  {a:11}{b}" for a, b in lines)])
+    return "\n".join([title, *(f"  {a:11}{b}" for a, b in lines)])
 
 
 def _relations(mapped: MappedLog) -> dict[str, dict[str, float]]:

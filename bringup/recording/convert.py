@@ -62,7 +62,6 @@ def layout_of(
     """Return how a recording is written, by rosbag2's names; "" and 0 are the defaults everywhere.
 
     Args:
-        config: Path of the storage's settings.
         compression: What is compressed: a file, or each message.
         threads: How many compress; 0 for as many as there are cores.
         size: Of a file [bytes].

@@ -78,7 +78,6 @@ class TopicListener:
     no callback of rclpy gives for raw messages.
 
     Args:
-        note: Takes a line about a topic that cannot be subscribed to.
         overrides: Profiles of topics to use whatever their publishers offer; the queue is as long
             as everywhere at least.
     """
@@ -131,7 +130,6 @@ class TopicListener:
         A topic whose new publishers offer less than was asked for is subscribed to again.
 
         Args:
-            takes: Returns whether a topic of a name and a type is chosen.
             unpublished: Whether those without a publisher are listened to, too.
             leaves: Whether those without a subscriber are.
         """

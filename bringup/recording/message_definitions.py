@@ -15,7 +15,8 @@ _PARTS = re.compile(r"^---[ \t]*\n", re.MULTILINE)
 _RULE = "=" * 80
 
 
-def _share(type_name: str, suffix: str) -> Path:
+def definition_path(type_name: str, suffix: str) -> Path:
+    """Return the file with a suffix that an installed package has of a type."""
     add_environment_to_ament_index()
     package, kind, name = type_name.split("/")
     return Path(get_package_share_directory(package)) / kind / f"{name}{suffix}"
@@ -24,7 +25,7 @@ def _share(type_name: str, suffix: str) -> Path:
 def type_hash(type_name: str) -> str:
     """Return the RIHS01 hash of a type such as `nav_msgs/msg/Path` (REP 2016)."""
     file = type_name.removesuffix("_FeedbackMessage")
-    described = json.loads(_share(file, ".json").read_text(encoding="utf-8"))
+    described = json.loads(definition_path(file, ".json").read_text(encoding="utf-8"))
     return next(
         str(entry["hash_string"])
         for entry in described["type_hashes"]
@@ -55,22 +56,26 @@ def _dependencies(type_name: str, text: str) -> list[str]:
     return [name for name in found if name is not None]
 
 
-def _feedback(type_name: str) -> tuple[str, dict[str, str]]:
-    name = type_name.removesuffix("_FeedbackMessage")
-    parts = _PARTS.split(_share(name, ".action").read_text(encoding="utf-8"))
-    package, _, action = name.split("/")
-    feedback = f"{package}/{action}_Feedback"
-    return f"unique_identifier_msgs/UUID goal_id\n{feedback} feedback\n", {feedback: parts[-1]}
-
-
-def _event(type_name: str) -> tuple[str, dict[str, str]]:
-    name = type_name.removesuffix("_Event")
-    parts = _PARTS.split(_share(name, ".srv").read_text(encoding="utf-8"))
-    package, _, service = name.split("/")
-    request, response = f"{package}/{service}_Request", f"{package}/{service}_Response"
-    text = "service_msgs/ServiceEventInfo info\n"
-    text += f"{request}[<=1] request\n{response}[<=1] response\n"
-    return text, {request: parts[0], response: parts[-1]}
+def _own_definition(type_name: str) -> tuple[str, dict[str, str]]:
+    """Return a type's own definition, and those of its parts that no file has, by name."""
+    suffixes = {"_FeedbackMessage": ".action", "_Event": ".srv", "_Request": ".srv"}
+    suffixes["_Response"] = ".srv"
+    part = next((each for each in suffixes if type_name.endswith(each)), "")
+    if not part or "/msg/" in type_name:
+        return definition_path(type_name, ".msg").read_text(encoding="utf-8"), {}
+    file = type_name.removesuffix(part)
+    parts = _PARTS.split(definition_path(file, suffixes[part]).read_text(encoding="utf-8"))
+    package, _, name = file.split("/")
+    own = f"{package}/{name}"
+    if part == "_FeedbackMessage":
+        text = f"unique_identifier_msgs/UUID goal_id\n{own}_Feedback feedback\n"
+        return text, {f"{package}/msg/{name}_Feedback": parts[-1]}
+    if part == "_Event":
+        text = "service_msgs/ServiceEventInfo info\n"
+        text += f"{own}_Request[<=1] request\n{own}_Response[<=1] response\n"
+        ends = {"Request": parts[0], "Response": parts[-1]}
+        return text, {f"{package}/msg/{name}_{end}": each for end, each in ends.items()}
+    return parts[-1 if part == "_Response" else 0], {}
 
 
 def message_definition(type_name: str) -> str:
@@ -83,28 +88,14 @@ def message_definition(type_name: str) -> str:
 
     Source: the mcap format's registry of schema encodings, `ros2msg`.
     """
-    inner: dict[str, str] = {}
-    if type_name.endswith("_FeedbackMessage"):
-        text, inner = _feedback(type_name)
-    elif type_name.endswith("_Event"):
-        text, inner = _event(type_name)
-    elif "/srv/" in type_name:
-        name, _, part = type_name.rpartition("_")
-        parts = _PARTS.split(_share(name, ".srv").read_text(encoding="utf-8"))
-        text = parts[-1 if part == "Response" else 0]
-    else:
-        text = _share(type_name, ".msg").read_text(encoding="utf-8")
-    sections, seen = [text], {type_name, *(name.replace("/", "/msg/") for name in inner)}
-    queue = _dependencies(type_name, text)
-    for name, part in inner.items():
-        sections.append(f"{_RULE}\nMSG: {name}\n{part}")
-        queue += _dependencies(type_name, part)
+    text, inner = _own_definition(type_name)
+    sections, seen, queue = [text], {type_name}, _dependencies(type_name, text)
     while queue:
         needed = queue.pop(0)
         if needed in seen:
             continue
         seen.add(needed)
-        text = _share(needed, ".msg").read_text(encoding="utf-8")
+        text = inner[needed] if needed in inner else _own_definition(needed)[0]
         package, _, name = needed.split("/")
         sections.append(f"{_RULE}\nMSG: {package}/{name}\n{text}")
         queue.extend(_dependencies(needed, text))

@@ -17,23 +17,18 @@ class PlayOptions:
     """Options of playing.
 
     Attributes:
-        takes: Returns which topics are played.
         rate: Recorded seconds a second.
         offset: Where in the recording to begin [s].
         until: The last time that is played [ns]; the end if None.
-        paused: Whether to begin with a pause.
         clock_hz: How often to publish the recorded time on /clock [Hz]; 0 for not.
         clock_topics: Topics before whose messages it is published, too; None for all.
         recorded_clock: Whether a recorded /clock is played instead of one that is made.
         delay: How long to wait before each turn [s].
         settling: How long to wait at first until those who listen have found the player [s].
-        remap: New names of topics.
         overrides: Profiles (QoSProfile) of topics whatever the recording says.
         acked_timeout: How long to wait at the end for those who listen [s], 0 for ever; None not.
         requests: The event whose request is sent to its service in place of the events; see
             `REQUESTS`; None to publish the events.
-        keys: Whether keys are read.
-        node_name: The player's node.
         controlled: Whether it is rosbag2's: offers its services, announces new files and logs
             its sentences.
         burst: How many messages are published at once at the beginning, 0 for all; None for not.
@@ -68,14 +63,7 @@ class PlayOptions:
 class Playback:
     """Recordings that run at some rate, can pause, and begin again where they shall loop.
 
-    Args:
-        bags: The recordings, whose messages are played in the order of their times.
-        options: Rate, start, end, delays, and which topics are played.
-
     Attributes:
-        rate: Recorded seconds a second.
-        paused: Whether it stands still.
-        finished: Whether all messages have been given out.
         start: When it begins [ns].
     """
 

@@ -121,7 +121,3 @@ class Player:
                 self._note(f"{name} is best effort: nobody acknowledges its messages")
             elif not publisher.wait_for_all_acked(limit):
                 self._note(f"{name}: not all messages were acknowledged within {timeout} s")
-
-    def close(self) -> None:
-        """Leave the graph."""
-        self._node.destroy_node()

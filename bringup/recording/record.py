@@ -17,7 +17,7 @@ from bringup.recording.recorder import Recorder, RecordOptions
 from bringup.terminal import Keys, stopped_by_signals
 
 
-def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
+def control(recorder: Recorder, node: Node, bag: BagFolder, options: RecordOptions) -> Controls:
     """Offer rosbag2's services of a recorder and announce the files that it begins."""
     from rosbag2_interfaces.msg import WriteSplitEvent
     from rosbag2_interfaces.srv import IsPaused, Pause, Resume, Snapshot, SplitBagfile
@@ -32,7 +32,7 @@ def control(recorder: Recorder, node: Node, bag: BagFolder) -> Controls:
     controls.add(Resume, "resume", lambda _: recorder.pause(False))
     controls.add(IsPaused, "is_paused", lambda _: {"paused": recorder.paused})
     controls.add(SplitBagfile, "split_bagfile", split)
-    if recorder.holds:
+    if options.snapshot:
         controls.add(Snapshot, "snapshot", lambda _: {"success": recorder.snapshot()})
     return controls
 
@@ -57,7 +57,7 @@ def record(
         options.node_name, context=context, **{**BARE_NODE, "enable_rosout": options.controlled}
     )
     recorder = Recorder(node, bag, show, options=options)
-    controls = control(recorder, node, bag) if options.controlled else None
+    controls = control(recorder, node, bag, options) if options.controlled else None
     for line in _opening(bag, options):
         show(line)
     try:

@@ -48,18 +48,14 @@ class RecordOptions:
     """Options of recording; what is not here is an option of the folder's.
 
     Attributes:
-        takes: Returns whether a topic of a name and a type is recorded.
-        node_name: The recorder's node.
         controlled: Whether it is rosbag2's: offers its services, announces new files and logs
             its sentences.
         requested: The topics that were named, where those are all that is recorded.
         keys: Whether space pauses and resumes.
-        overrides: Profiles of topics whatever their publishers offer.
         discovery: Whether topics that appear later are recorded.
         polling_period: How often to look for them [s].
         unpublished: Whether topics without a publisher are.
         leaves: Whether topics without a subscriber are.
-        paused: Whether it begins with a pause.
         sim_time: Whether messages have the time of /clock, and none is written before it comes.
         snapshot: Whether messages are held, and written when a snapshot is asked for.
         cache: Bytes to hold for that; 0 writes each message through at once.
@@ -86,14 +82,7 @@ class Recorder:
 
     Args:
         node: The node that listens, and is destroyed at the end.
-        writer: Where the messages go.
-        note: Takes lines about topics.
         clock: The time to stamp messages with [s]; when they arrived if None.
-        options: What else `record` takes.
-
-    Attributes:
-        messages: How many messages have been written.
-        paused: Whether what arrives is dropped.
     """
 
     def __init__(
@@ -118,11 +107,6 @@ class Recorder:
             self.listener.listen(CLOCK, "rosgraph_msgs/msg/Clock", (TopicQos(reliable=False),))
         self._held: deque[Received] = deque()
         self._held_bytes = 0
-
-    @property
-    def holds(self) -> bool:
-        """Return whether messages are kept for snapshots and only those written."""
-        return self._options.snapshot
 
     def discover(self) -> None:
         """Listen to the topics that are there by now; the recording lists them all."""

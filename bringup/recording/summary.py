@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator
 from datetime import datetime
@@ -82,11 +83,8 @@ def _row(name: str, text: str) -> str:
 
 
 def _size(size: float) -> str:
-    unit = 0
-    while size >= 1024.0 and unit < len(_UNITS) - 1:
-        size /= 1024.0
-        unit += 1
-    return f"{size:.1f} {_UNITS[unit]}"
+    unit = min(int(math.log(max(size, 1.0), 1024.0)), len(_UNITS) - 1)
+    return f"{size / 1024.0**unit:.1f} {_UNITS[unit]}"
 
 
 def _time(stamp: int) -> str:

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Iterable
 from pathlib import Path
 
 from arjuna_core.errors import nearest
@@ -33,14 +32,6 @@ _ZONES = {
 """The nodes of filters that Nav2's launch files start; others have launch files of their own."""
 
 
-@dataclass
-class Translation:
-    """A launch file with arguments, as a command of ours, and remarks on those without effect."""
-
-    command: list[str] = field(default_factory=list)
-    remarks: list[str] = field(default_factory=list)
-
-
 def arguments_of(launch: Launch) -> str:
     """Return the arguments of a launch file, those without an effect apart."""
     known = sorted(known_arguments(launch) - set(launch.idle))
@@ -48,10 +39,9 @@ def arguments_of(launch: Launch) -> str:
     return "\n".join([*lines, f"Without an effect here: {', '.join(sorted(launch.idle))}"])
 
 
-def translated(launch: Launch, words: list[str]) -> Translation:
-    """Return our command for a launch file with arguments, and what of them has no effect."""
-    found = Translation()
-    known = known_arguments(launch)
+def translated(launch: Launch, words: list[str]) -> tuple[list[str], list[str]]:
+    """Return our command for a launch file with arguments, and remarks on those without effect."""
+    known, remarks = known_arguments(launch), []
     given: dict[str, str] = {}
     for word in words:
         name, sign, value = word.partition(":=")
@@ -59,29 +49,21 @@ def translated(launch: Launch, words: list[str]) -> Translation:
             given[name] = value
         else:
             what = "argument" if sign else "option"
-            found.remarks.append(f"no effect: {word} (unknown {what}; {nearest(name, known)})")
-    found.remarks += _idle(launch, given)
+            remarks.append(f"no effect: {word} (unknown {what}; {nearest(name, known)})")
+    for name in (name for name in launch.idle if name in given):
+        anyhow, reason = _IDLE[name]
+        if given[name].lower() != anyhow:
+            remarks.append(f"no effect: {name}:={given[name]} ({reason})")
     if given.get("use_namespace", "true").lower() == "false" and given.pop("namespace", ""):
-        found.remarks.append("no effect: namespace (use_namespace is false)")
+        remarks.append("no effect: namespace (use_namespace is false)")
     if "x_pose" in launch.options and {"x_pose", "y_pose"} & given.keys():
-        at = [given.pop(name, "0") for name in ("x_pose", "y_pose")]
-        given["at"] = " ".join(at)
-    found.command = _command(launch, given)
-    return found
+        given["at"] = " ".join(given.pop(name, "0") for name in ("x_pose", "y_pose"))
+    return _command(launch, given), remarks
 
 
 def known_arguments(launch: Launch) -> set[str]:
     """Return the arguments that a launch file has."""
     return {*launch.options, *launch.idle, *launch.instead, "use_namespace", "use_sim_time"}
-
-
-def _idle(launch: Launch, given: Mapping[str, str]) -> list[str]:
-    lines = []
-    for name in (name for name in launch.idle if name in given):
-        anyhow, reason = _IDLE[name]
-        if given[name].lower() != anyhow:
-            lines.append(f"no effect: {name}:={given[name]} ({reason})")
-    return lines
 
 
 def _command(launch: Launch, given: dict[str, str]) -> list[str]:

@@ -7,11 +7,11 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from ament_index_python import get_package_share_directory, get_resource, get_resources
+from ament_index_python import get_resource, get_resources
 from ament_index_python.packages import PackageNotFoundError
 
 from arjuna_core.ros.context import add_environment_to_ament_index, class_of
-from bringup.recording.message_definitions import nested_type
+from bringup.recording.message_definitions import definition_path, nested_type
 from bringup.ros2.errors import Ros2Error
 
 _UNIT = re.compile(r"\s*\[[^,\]]+\]")
@@ -69,13 +69,11 @@ def definition_file(name: str) -> Path:
     parts = name.split("/")
     if len(parts) != 3:
         raise Ros2Error(f"Invalid name '{name}'. Expected three parts separated by '/'")
-    add_environment_to_ament_index()
     package, kind, short = parts
     try:
-        share = Path(get_package_share_directory(package))
+        path = definition_path(name, f".{kind}")
     except (PackageNotFoundError, ValueError) as error:
         raise Ros2Error(f"Unknown package '{package}'") from error
-    path = share / kind / f"{short}.{kind}"
     if kind not in WORDS or not short.isidentifier() or not path.is_file():
         raise Ros2Error(f"Could not find the interface '{name}'")
     return path

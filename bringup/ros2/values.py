@@ -24,8 +24,6 @@ class Abridge:
 
     Attributes:
         length: Where arrays, bytes and strings are cut; None for nowhere.
-        no_arrays: Whether arrays are only described.
-        no_strings: Whether strings are only described.
     """
 
     length: int | None = None
@@ -178,7 +176,6 @@ def fill(
 
     Args:
         values: A dictionary of its fields, as `parse` returns it.
-        says: What is said of an error.
 
     Returns:
         What sets the stamps that were given as `now`, or `auto` for a whole header, to a time.

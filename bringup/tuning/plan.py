@@ -38,7 +38,6 @@ class Dimension:
         low: Least value to try; NaN for choices.
         high: Greatest value to try; NaN for choices.
         log: Whether factors count, not differences.
-        choices: The values to try, in place of a range.
     """
 
     node: str
@@ -100,11 +99,7 @@ def dimensions_of(space: Any, known: Known) -> tuple[tuple[Dimension, ...], list
 def _dimension(
     node: str, key: str, given: Any, known: Mapping[str, tuple[Any, ParamInfo]]
 ) -> Dimension:
-    """Return a dimension.
-
-    Raises:
-        ConfigError: The parameter is unknown, or what is given is no range or values of it.
-    """
+    """Return a dimension."""
     if key not in known:
         raise ConfigError(f"unknown parameter '{key}'; {nearest(key, known)}")
     now, info = known[key]
@@ -139,9 +134,7 @@ class Tuning:
     """A search for better parameters.
 
     Attributes:
-        campaign: What a trial runs, with its parameters.
         measure: The figure that is bettered: a key of a run's result.
-        maximize: Whether more of it is better.
         params: Parameter files that every trial begins from.
         confirm: Factors of the runs by which the winner is compared at last; none if empty.
     """

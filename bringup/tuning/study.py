@@ -94,7 +94,6 @@ class Study:
         liar), whether or not they have ended: what is proposed does not depend on who is first.
 
         Args:
-            number: The trial's.
             going: The values of the trials before it that have not ended, in order.
             at_once: How many trials run side by side.
         """
@@ -167,12 +166,12 @@ def _rounded(one: Dimension, value: Value, digits: int = 4) -> Value:
 
 
 def _distributions(dimensions: Sequence[Dimension]) -> dict[str, BaseDistribution]:
-    return {one.name: _distribution(one) for one in dimensions}
-
-
-def _distribution(one: Dimension) -> BaseDistribution:
-    if one.choices:
-        return CategoricalDistribution(one.choices)
-    if one.whole:
-        return IntDistribution(int(one.low), int(one.high), log=one.log)
-    return FloatDistribution(one.low, one.high, log=one.log)
+    found: dict[str, BaseDistribution] = {}
+    for one in dimensions:
+        if one.choices:
+            found[one.name] = CategoricalDistribution(one.choices)
+        elif one.whole:
+            found[one.name] = IntDistribution(int(one.low), int(one.high), log=one.log)
+        else:
+            found[one.name] = FloatDistribution(one.low, one.high, log=one.log)
+    return found

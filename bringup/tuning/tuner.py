@@ -12,7 +12,7 @@ from pathlib import Path
 from arjuna_core.files.whole_file import write_atomically
 from bringup.campaign.comparison import compared
 from bringup.campaign.outcome import Outcome
-from bringup.campaign.plan import Level, runs_of
+from bringup.campaign.plan import runs_of
 from bringup.campaign.pool import Ended, Job, Pool
 from bringup.campaign.runner import resumed, run_all, run_jobs
 from bringup.tuning.plan import Tuning, Value
@@ -35,8 +35,6 @@ class Tuner:
     """A tuning in progress.
 
     Args:
-        folder: Where the study, a folder a trial and the best parameters go.
-        pool: Where the runs are run.
         stop: Set to break off; unfinished runs are run again next time.
         at_once: How many trials run side by side. A trial is proposed from those that ended
             `at_once` before it and the values of those between: the same number gives the same
@@ -107,37 +105,27 @@ class Tuner:
 
     def confirm(self) -> list[str]:
         """Compare the best with what is now on runs that chose neither; return lines to show."""
-        best = self._best()
+        best = self.study.ranked()[0]
         if not self._tuning.confirm or best.number == 0:
             return []
         folder = self._folder / "confirm"
         sides = (("now", self._tuning.now), (f"{best.number:04}", best.values))
-        both = [self._outcomes(v, folder / name, self._tuning.confirm) for name, v in sides]
-        first, second = both
+        first, second = (self._outcomes(values, folder / name) for name, values in sides)
         if first is None or second is None:
             return []
-        head = (
-            f"\non other runs, first with the values of now, second with trial {best.number + 1}'s:"
-        )
-        return [head, *compared(first, second)]
+        head = "on other runs, first with the values of now, second with trial"
+        return [f"\n{head} {best.number + 1}'s:", *compared(first, second)]
 
-    def _outcomes(
-        self,
-        values: Mapping[str, Value],
-        folder: Path,
-        factors: Mapping[str, tuple[Level, ...]],
-    ) -> list[Outcome] | None:
-        """Run some values; None where it was broken off."""
-        campaign = dataclasses.replace(self._tuning.trial(values, folder), factors=factors)
+    def _outcomes(self, values: Mapping[str, Value], folder: Path) -> list[Outcome] | None:
+        """Run some values on the last comparison's runs; None where it was broken off."""
+        campaign = self._tuning.trial(values, folder)
+        campaign = dataclasses.replace(campaign, factors=self._tuning.confirm)
         runs = runs_of(campaign)
         outcomes = run_all(campaign, runs, folder, self._pool, lambda outcome: None, self._stop)
         return outcomes if len(outcomes) == len(runs) else None
 
-    def _best(self) -> Tried:
-        return self.study.ranked()[0]
-
     def _write_best(self) -> None:
-        best = self._best()
+        best = self.study.ranked()[0]
         head = f"# {self._tuning.campaign.name}: trial {best.number + 1}, {self.verdict(best)}.\n"
         write_atomically(
             self._folder / BEST, (head + self._tuning.parameter_text(best.values)).encode()

@@ -61,19 +61,9 @@ def children(frames: Frames, name: str) -> list[str]:
     return sorted(child for child, frame in frames.items() if frame.parent == name)
 
 
-def walk(frames: Frames) -> Iterator[tuple[str, int]]:
-    """Yield each frame of each tree with its depth, children behind their parent."""
-    waiting = [(root, 0) for root in reversed(roots(frames))]
-    while waiting:
-        name, depth = waiting.pop()
-        yield name, depth
-        waiting += [(child, depth + 1) for child in reversed(children(frames, name))]
-
-
 def loops(frames: Frames) -> list[str]:
     """Return the frames that no tree reaches: they are their own ancestors."""
-    reached = {name for name, _ in walk(frames)}
-    return sorted(set(frames) - reached)
+    return sorted(name for name in frames if chain(frames, name)[-1] in frames)
 
 
 def chain(frames: Frames, name: str) -> list[str]:

@@ -83,7 +83,7 @@ def play(bag: Bag, group: Group, parameters: dict[str, dict[str, Any]], path: Pa
         topics = [each for name, each in bag.topics.items() if name not in RESULTS]
         player = Player(robot.process.make_node("player", spun=False), topics)
         clock = robot.client.create_publisher(Clock, "/clock", qos.LATEST)
-        with closing(recorder), closing(player):
+        with closing(recorder):
             _play_static(bag, player, robot)
             last = -1
             for message in bag.messages():

@@ -43,9 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
         draw_snapshot(arguments.picture, snapshot_of(bag, arguments.at))
         show(f"{arguments.picture} shows the recording")
     if arguments.save is not None or arguments.picture is None:
-        from bringup.viewing.drawing.visual_model import mesh_finder
         from bringup.viewing.rerun.show import replay
 
         options.extend_search(arguments)
-        replay(bag, arguments.save, arguments.web, mesh_finder(), show)
+        replay(bag, arguments.save, arguments.web, show)
     return 0

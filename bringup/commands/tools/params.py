@@ -114,11 +114,7 @@ def _diff(arguments: argparse.Namespace) -> int:
 
 
 def _every_value(paths: Sequence[Path]) -> Parameters:
-    """Return every value of every node.
-
-    Raises:
-        ArjunaError: A file cannot be used.
-    """
+    """Return every value of every node."""
     from bringup.parameters.checking import over_shipped
     from bringup.parameters.files import for_node
     from bringup.parameters.listing import values_of

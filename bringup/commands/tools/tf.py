@@ -46,11 +46,7 @@ def run(arguments: argparse.Namespace, patience: float = 5.0) -> int:
 
 
 def _draw(path: Path, frames: Frames) -> None:
-    """Write the picture.
-
-    Raises:
-        InputFileError: The file cannot be written.
-    """
+    """Write the picture."""
     from arjuna_core.errors import InputFileError
     from bringup.viewing.frame_tree import draw_tree
 

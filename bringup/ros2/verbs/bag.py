@@ -304,11 +304,7 @@ def logged(node_name: str, level: str = "info") -> Callable[[str], None]:
 
 
 def _overrides(path: str | None) -> dict[str, QoSProfile]:
-    """Return the profiles of topics in a file.
-
-    Raises:
-        BagError: It is no file of profiles.
-    """
+    """Return the profiles of topics in a file."""
     try:
         return read_overrides(Path(path)) if path else {}
     except InputFileError as error:

@@ -82,9 +82,8 @@ def _known(found: Launch, words: list[str], options: argparse.Namespace) -> int:
     if options.show_args:
         print(arguments_of(found))
         return 0
-    translation = translated(found, [*words, *["--debug"] * options.debug])
-    print("".join(f"{line}\n" for line in translation.remarks), end="")
-    command = translation.command
+    command, remarks = translated(found, [*words, *["--debug"] * options.debug])
+    print("".join(f"{line}\n" for line in remarks), end="")
     print(f"$ python -m {module_of(command[0])} {shlex.join(command)}", flush=True)
     return 0 if options.print else arjuna(command[0], command[1:])
 
@@ -257,9 +256,9 @@ def description(package: str, file: str) -> LaunchDescription:
         given = {name: known[name] for name in sorted(known_arguments(one)) if known.get(name)}
         if "namespace" in one.options and (outer := known.get("ros_namespace", "")):
             given.setdefault("namespace", outer.strip("/"))
-        found = translated(one, [f"{name}:={value}" for name, value in given.items()])
-        command = [*found.command, *renamed(found.command[0], known.get("ros_remaps", ()))]
-        return [*(LogInfo(msg=line) for line in found.remarks), process(command)]
+        command, remarks = translated(one, [f"{name}:={value}" for name, value in given.items()])
+        command += renamed(command[0], known.get("ros_remaps", ()))
+        return [*(LogInfo(msg=line) for line in remarks), process(command)]
 
     # arguments are not declared: their defaults would be those of what is included next
     return LaunchDescription([OpaqueFunction(function=started)])

@@ -95,19 +95,18 @@ def create(arguments: argparse.Namespace) -> None:
     if folder.exists():
         raise Ros2Error(f"Aborted! The directory already exists: {folder.resolve()}")
     depends = "".join(f"  <depend>{one}</depend>\n" for one in arguments.dependencies)
-    if not is_python:
+    if is_python:
+        files = _python_files(given, name, node)
+    else:
         depends = f"  <buildtool_depend>ament_cmake</buildtool_depend>\n\n{depends}"
-    texts = {
-        "package.xml": _MANIFEST.format(
-            **{key: escape(str(value)) for key, value in given.items()},
-            depends=depends + ("\n" if depends else ""),
-        ),
-        **(_python_files(given, name, node) if is_python else _cmake_files(given, name)),
-    }
+        needs = "".join(f"find_package({one} REQUIRED)\n" for one in arguments.dependencies)
+        files = {"CMakeLists.txt": _CMAKE.format(name, needs)}
+    escaped = {key: escape(str(value)) for key, value in given.items()}
+    manifest = _MANIFEST.format(**escaped, depends=depends + ("\n" if depends else ""))
     print(f"going to create a new package\npackage name: {name}")
     print(f"destination directory: {folder.parent.resolve()}\nbuild type: {arguments.build_type}")
     print(f"dependencies: {arguments.dependencies}\ncreating folder {folder}")
-    for path, text in texts.items():
+    for path, text in {"package.xml": manifest, **files}.items():
         (folder / path).parent.mkdir(parents=True, exist_ok=True)
         (folder / path).write_text(text, encoding="utf-8")
         print(f"creating {folder / path}")
@@ -123,11 +122,6 @@ def _python_files(given: dict[str, Any], name: str, node: str | None) -> dict[st
         f"{name}/__init__.py": "",
         **({f"{name}/{node}.py": _NODE.format(name)} if node else {}),
     }
-
-
-def _cmake_files(given: dict[str, Any], name: str) -> dict[str, str]:
-    needs = "".join(f"find_package({one} REQUIRED)\n" for one in given["dependencies"])
-    return {"CMakeLists.txt": _CMAKE.format(name, needs)}
 
 
 def list_(arguments: argparse.Namespace) -> None:

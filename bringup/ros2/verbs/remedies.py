@@ -40,11 +40,7 @@ REMEDIES = {
 
 
 def remedy_of(package: str, programs: Sequence[str]) -> str:
-    """Return what to do where a package, or something of it, is not there.
-
-    Args:
-        programs: Those of the package that are here.
-    """
+    """Return what to do where a package, or something of it, is not there."""
     shares = (folder / "share" for folder in environment_folders("AMENT_PREFIX_PATH"))
     is_there = package != "" and any((share / package).is_dir() for share in shares)
     if package in REMEDIES or not (programs or is_there):

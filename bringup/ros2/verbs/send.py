@@ -20,16 +20,16 @@ from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill, parse, to_yaml
 
 
-def values_of(text: str, stdin: bool) -> Any:
+def _values(arguments: argparse.Namespace) -> Any:
     """Return what was typed as YAML, or stands on the standard input."""
-    return parse(sys.stdin.read() if stdin else text)
+    return parse(sys.stdin.read() if arguments.stdin else arguments.values)
 
 
 def pub(arguments: argparse.Namespace) -> None:
     """Publish a message once, some times, or until interrupted."""
     message_type = interface_class(arguments.message_type, "msg")
     message = message_type()
-    values = values_of(arguments.values, arguments.stdin)
+    values = _values(arguments)
     if not isinstance(values, dict):
         raise Ros2Error("The passed value needs to be a dictionary in YAML format")
     stamps = fill(message, values)
@@ -81,7 +81,7 @@ def call(arguments: argparse.Namespace) -> None:
         raise Ros2Error("rate must be greater than zero")
     service_type = interface_class(arguments.service_type, "srv")
     request = service_type.Request()
-    fill(request, values_of(arguments.values, arguments.stdin))
+    fill(request, _values(arguments))
     with Client(arguments) as client:
         service = client.node.create_client(service_type, arguments.service_name)
         if not client.run_until(service.service_is_ready, 0.1, required=False):
@@ -104,7 +104,7 @@ def send_goal(arguments: argparse.Namespace) -> None:
     """Send a goal and print how it ends; an interrupt cancels it."""
     action_type = interface_class(arguments.action_type, "action")
     goal = action_type.Goal()
-    stamps = fill(goal, values_of(arguments.goal, arguments.stdin), _WRONG)
+    stamps = fill(goal, parse(sys.stdin.read() if arguments.stdin else arguments.goal), _WRONG)
     with Client(arguments) as client, contextlib.ExitStack() as stack:
         action = ActionClient(client.node, action_type, full_name(arguments.action_name))
         stack.callback(action.destroy)

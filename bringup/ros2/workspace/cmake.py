@@ -63,13 +63,10 @@ class CMakeLists:
     """The result of the calls of a CMakeLists.txt.
 
     Attributes:
-        items: What is installed.
         modules: Packages of Python by name, and their folders.
         compiled: Names of what would have to be compiled.
         missing: Files and folders that are to be installed and are not there.
         is_interfaces: Whether messages, services or actions are generated.
-        tests: What is run by `colcon test`.
-        compiled_tests: Names of tests that would have to be compiled.
     """
 
     folder: Path
@@ -171,7 +168,8 @@ class CMakeLists:
         kind, rest = words[0], words[1:]
         if kind not in ("DIRECTORY", "FILES", "PROGRAMS") or "DESTINATION" not in rest:
             return
-        sources = [one for one in _until_keyword(rest) if one != "OPTIONAL"]
+        end = next(at for at, word in enumerate(rest) if word in _KEYWORDS)
+        sources = [one for one in rest[:end] if one != "OPTIONAL"]
         into = Path(rest[rest.index("DESTINATION") + 1].lstrip("/"))
         for one in sources:
             name = rest[rest.index("RENAME") + 1] if "RENAME" in rest else Path(one).name
@@ -198,11 +196,6 @@ class CMakeLists:
             left_out = any(fnmatch(part, one) for part in path.parts for one in excluded)
             if each.is_file() and not left_out:
                 self.items.append(Item(each, target / path))
-
-
-def _until_keyword(words: Sequence[str]) -> list[str]:
-    end = next((at for at, word in enumerate(words) if word in _KEYWORDS), len(words))
-    return list(words[:end])
 
 
 def _excluded(words: Sequence[str]) -> list[str]:

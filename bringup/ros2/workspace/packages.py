@@ -26,7 +26,6 @@ class Package:
 
     Attributes:
         kind: Its build type: `ament_python`, `ament_cmake`, ...
-        depends: Names of packages.
     """
 
     name: str

@@ -13,7 +13,6 @@ import subprocess
 import sys
 import time
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from xml.etree.ElementTree import Element
 
@@ -21,28 +20,12 @@ from arjuna_core.errors import ArjunaError
 from arjuna_core.files.input_file import read_bytes, read_text
 from arjuna_core.files.xml_text import parse_xml
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.workspace.cmake import read_cmake
+from bringup.ros2.workspace.cmake import Test, read_cmake
 from bringup.ros2.workspace.packages import SITE, Package
 
 _LINTERS = re.compile(r"^\s*(?:from|import) (ament_\w+)", re.MULTILINE)
 _NO_TESTS = 5  # pytest's exit code
 _SOURCED = '[ -f "$0" ] && . "$0"; exec "$@"'
-
-
-@dataclass(frozen=True)
-class _Program:
-    """One program that is run.
-
-    Attributes:
-        result: Where its JUnit file goes; None where it writes none.
-        timeout: [s].
-    """
-
-    name: str
-    command: list[str]
-    result: Path | None = None
-    timeout: float | None = None
-    environment: Mapping[str, str] = field(default_factory=dict)
 
 
 def run_tests(packages: list[Package], arguments: argparse.Namespace) -> int:
@@ -54,8 +37,8 @@ def run_tests(packages: list[Package], arguments: argparse.Namespace) -> int:
         print(f"Starting >>> {package.name}", flush=True)
         wrong = [
             test.name
-            for test in _tests_of(package, build / package.name, arguments.pytest_args)
-            if not _run(test, package.folder, setup)
+            for test, result in _tests_of(package, build / package.name)
+            if not _run(test, package, result, ["/bin/bash", "-c", _SOURCED, str(setup)], arguments)
         ]
         mark = "\t[ with test failures ]" if wrong else ""
         failed += [package.name] if wrong else []
@@ -68,14 +51,12 @@ def run_tests(packages: list[Package], arguments: argparse.Namespace) -> int:
     return 1 if failed and arguments.return_code_on_test_failure else 0
 
 
-def _tests_of(package: Package, build: Path, words: list[str]) -> Iterator[_Program]:
-    """Yield a package's tests; those that cannot be run are named."""
-    pytest = [sys.executable, "-m", "pytest", "-q", "--tb=short", "-p", "no:cacheprovider"]
+def _tests_of(package: Package, build: Path) -> Iterator[tuple[Test, Path]]:
+    """Yield a package's tests, each with its JUnit file; those that cannot be run are named."""
     if package.kind in ("ament_python", "python"):
-        path = build / "pytest.xml"
-        left_out = [f"--ignore={one}" for one in _without_linters(package)]
-        command = [*pytest, f"--junit-xml={path}", f"--junit-prefix={package.name}", *left_out]
-        yield _Program("pytest", [*command, *words], path)
+        words = [f"--junit-prefix={package.name}"]
+        words += [f"--ignore={one}" for one in _without_linters(package)]
+        yield Test("pytest", "pytest", words, None, {}), build / "pytest.xml"
         return
     if not (package.folder / "CMakeLists.txt").is_file():
         raise Ros2Error(f"{package.name} is of the type '{package.kind}', which has no tests here")
@@ -83,17 +64,19 @@ def _tests_of(package: Package, build: Path, words: list[str]) -> Iterator[_Prog
     for name in found.compiled_tests:
         print(f"{package.name}: test '{name}' is C++, and is not run")
     for one in found.tests:
-        path = build / "test_results" / package.name / f"{one.name}.xunit.xml"
-        about = (path, one.timeout, one.environment)
-        if one.kind == "pytest":
-            yield _Program(one.name, [*pytest, one.words[0], f"--junit-xml={path}", *words], *about)
-        elif one.kind == "launch":
-            named = ["--junit-xml", str(path), "--package-name", package.name]
-            program = [sys.executable, "-m", "launch_testing.launch_test"]
-            yield _Program(one.name, [*program, *one.words, *named], *about)
-        else:
-            python = [sys.executable] if one.words[0].endswith(".py") else []
-            yield _Program(one.name, [*python, *one.words], None, *about[1:])
+        yield one, build / "test_results" / package.name / f"{one.name}.xunit.xml"
+
+
+def _command(test: Test, package: str, result: Path, words: list[str]) -> list[str]:
+    """Return what runs a test, with the user's words where pytest does."""
+    python = [sys.executable, "-m"]
+    if test.kind == "pytest":
+        options = ["-q", "--tb=short", "-p", "no:cacheprovider", f"--junit-xml={result}"]
+        return [*python, "pytest", *options, *test.words, *words]
+    if test.kind == "launch":
+        named = ["--junit-xml", str(result), "--package-name", package]
+        return [*python, "launch_testing.launch_test", *test.words, *named]
+    return [*(python[:1] if test.words[0].endswith(".py") else []), *test.words]
 
 
 def _without_linters(package: Package) -> Iterator[Path]:
@@ -105,15 +88,17 @@ def _without_linters(package: Package) -> Iterator[Path]:
             yield path.resolve()
 
 
-def _run(test: _Program, folder: Path, setup: Path) -> bool:
+def _run(
+    test: Test, package: Package, result: Path, shell: list[str], arguments: argparse.Namespace
+) -> bool:
     """Return whether a test passes, in the workspace's environment."""
-    if test.result is not None:
-        test.result.parent.mkdir(parents=True, exist_ok=True)
-        test.result.unlink(missing_ok=True)
+    result.parent.mkdir(parents=True, exist_ok=True)
+    result.unlink(missing_ok=True)
+    command = _command(test, package.name, result, arguments.pytest_args)
     try:
         done = subprocess.run(  # noqa: S603 - what the user's package names
-            ["/bin/bash", "-c", _SOURCED, str(setup), *test.command],
-            cwd=folder,
+            [*shell, *command],
+            cwd=package.folder,
             env={**os.environ, **test.environment},
             timeout=test.timeout,
             check=False,
@@ -121,7 +106,7 @@ def _run(test: _Program, folder: Path, setup: Path) -> bool:
     except subprocess.TimeoutExpired:
         print(f"test '{test.name}' did not end within {test.timeout:g} s", file=sys.stderr)
         return False
-    return done.returncode in (0, _NO_TESTS if "pytest" in test.command else 0)
+    return done.returncode in (0, _NO_TESTS if test.kind == "pytest" else 0)
 
 
 def show_results(arguments: argparse.Namespace) -> int:

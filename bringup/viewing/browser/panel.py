@@ -125,10 +125,6 @@ class Panel:
         self._tools.options = self._tool_labels(tool)
         self._hint.content = "\n\n".join(filter(None, (note, f"**{tool.value}**: {HINTS[tool]}")))
 
-    def name(self, robot: str) -> None:
-        """Give the panel a robot's name."""
-        self._gui.set_panel_label(robot)
-
     def show_beside(self, key: str, label: str, drawing: Drawing, now: float) -> None:
         """Show a display's picture, curves or words in place of its last ones.
 

@@ -31,12 +31,16 @@ _WORLD = "/world"
 _FLOOR = 0.02  # above the map
 
 
+class _Strokes(Arrows):
+    """So many arrows that they are lines, which cost less."""
+
+
 class Scene:
     """Draws displays; a drawing replaces the one before of the same display and name.
 
     Args:
         decoding: Ticks that a browser takes for a map's picture.
-        most_arrows: The most of a drawing; more are lines, which cost less.
+        most_arrows: The most of a drawing that are drawn as such.
     """
 
     def __init__(
@@ -89,13 +93,11 @@ class Scene:
             self._draw_one((display, name), drawing)
 
     def _draw_one(self, key: tuple[str, str], drawing: Drawing) -> None:
+        if isinstance(drawing, Arrows) and len(drawing.segments) > self._most_arrows:
+            drawing = _Strokes(**vars(drawing))
         drawing = _padded(drawing)
         before, handle = self._drawn.get(key, (None, None))
-        if (
-            before is not None
-            and self._is_alike(before, drawing)
-            and _renewed(before, handle, drawing)
-        ):
+        if type(before) is type(drawing) and _renewed(before, handle, drawing):
             self._drawn[key] = (drawing, handle)
         else:
             display, name = key
@@ -107,18 +109,8 @@ class Scene:
                 self._old += [] if handle is None else [(self._decoding, handle)]
             elif handle is not None and type(before) is not type(drawing):
                 handle.remove()
-            self._drawn[key] = (drawing, self._add(path, drawing))
+            self._drawn[key] = (drawing, _MAKERS[type(drawing)](self._scene, path, drawing))
         self._unplaced.add(key)
-
-    def _is_alike(self, *drawings: Drawing) -> bool:
-        """Return whether drawings are of one kind, and both or none of too many arrows."""
-        many = [isinstance(d, Arrows) and len(d.segments) > self._most_arrows for d in drawings]
-        return len({type(each) for each in drawings}) == len(set(many)) == 1
-
-    def _add(self, name: str, drawing: Drawing) -> Any:
-        if isinstance(drawing, Arrows) and len(drawing.segments) > self._most_arrows:
-            return _lines(self._scene, name, drawing)
-        return _MAKERS[type(drawing)](self._scene, name, drawing)
 
     def update(self, frames: Frames) -> None:
         """Put every drawing where its frame is."""
@@ -260,6 +252,7 @@ _MAKERS: dict[type[Drawing], Callable[[Any, str, Any], Any]] = {
     Line: _lines,
     Segments: _lines,
     Arrows: _arrows,
+    _Strokes: _lines,
     Solids: _solids,
     Axes: _axes,
     Label: _label,
@@ -270,6 +263,7 @@ _FIELDS = {
     Points: {"points": "points", "colour": "colors"},
     Line: {"segments": "points"},
     Arrows: {"segments": "points"},
+    _Strokes: {"segments": "points"},
     Segments: {"segments": "points", "colours": "colors"},
     Axes: {"wxyzs": "batched_wxyzs", "positions": "batched_positions"},
     Solids: {
@@ -289,13 +283,9 @@ def _padded(drawing: Drawing) -> Drawing:
 
     A browser compiles the shaders of a node with another number of instances again.
     """
-    names = {
-        Arrows: ("segments",),
-        Axes: ("positions", "wxyzs"),
-        Solids: ("positions", "wxyzs", "sizes", "colours", "opacities"),
-    }.get(type(drawing))
-    if names is None:
+    if not isinstance(drawing, Arrows | Axes | Solids):
         return drawing
+    names = tuple(_FIELDS[type(drawing)])
     count = len(getattr(drawing, names[0]))
     rows = np.minimum(np.arange(1 << max(count - 1, 0).bit_length()), max(count - 1, 0))
     fields: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in names if count}

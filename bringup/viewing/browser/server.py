@@ -40,10 +40,6 @@ class _Server(viser.ViserServer):
 def open_server(host: str, port: int) -> viser.ViserServer:
     """Serve a page.
 
-    Args:
-        host: The address; the loopback's, unless others shall reach it.
-        port: The port; the next that is free, where it is taken.
-
     Raises:
         ServerError: The address is not this machine's.
     """

@@ -41,8 +41,6 @@ class _Shown:
 
     Attributes:
         waiting: Drawings whose frames are not known yet at their stamps.
-        error: What was wrong with its last message.
-        drawn: How often it was drawn.
     """
 
     spec: DisplaySpec
@@ -56,9 +54,8 @@ class Viewer:
     """Shows a robot to browsers and does what their users ask for.
 
     Args:
-        displays: What is shown at first.
-        config: The file that they came from.
-        cpu: Returns the share of a core that each node's process uses, by the node's name.
+        cpu: Returns the share of a core that each node's process used since its last call, by the
+            node's name.
     """
 
     def __init__(
@@ -78,6 +75,7 @@ class Viewer:
         self._tool, self._following = Tool.LOOK, False
         self._shown: dict[str, _Shown] = {}
         self._topics: dict[str, str] = {}
+        self._shares: Mapping[str, float] = {}
         self._map: Grid | None = None
         self._people: Parts | None = None
         self._root = ""
@@ -123,7 +121,7 @@ class Viewer:
         robot, now = self._robot, time.monotonic()
         robot.tick(now)
         self._scene.drop_old()
-        for key, message in robot.take():
+        for key, message in robot.feed.take():
             self._do(key, methodcaller("take", message))
         base = self._base
         left, people = robot.navigation.state.distance, robot.entities.take(base)
@@ -138,10 +136,11 @@ class Viewer:
             self._scene.centre(pose.position[:2])
         if now >= self._slow_due:
             self._slow_due = now + 2.0
-            self._topics = robot.topics()
+            self._topics, self._shares = robot.topics(), self._cpu()
             self._panel.displays.offer(self._topics)
         managed = robot.managed
-        nodes = "\n\n".join(filter(None, (managed.report, nodes_text(managed.states, self._cpu()))))
+        table = nodes_text(managed.states, self._shares)
+        nodes = "\n\n".join(filter(None, (managed.report, table)))
         self._panel.show_state(robot.navigation.state.text(), nodes)
         self._panel.displays.show_status(self._status())
 
@@ -184,7 +183,7 @@ class Viewer:
         self._scene.draw(key, drawn)
         if isinstance(each.display, RobotModel):
             self._root = each.display.base
-            self._panel.name(each.display.robot or "Arjuna")
+            self._server.gui.set_panel_label(each.display.robot or "Arjuna")
             for note in each.display.notes:
                 self._robot.node.get_logger().warning(note)
 
@@ -262,18 +261,18 @@ class Viewer:
     def _change(self, key: str, name: str, value: Any) -> None:
         """Change one of a display's settings; its next message is drawn by it."""
         if key in self._shown:
-            spec = self._shown[key].spec
-            self._make_again(key, replace(spec, settings={**spec.settings, name: value}))
+            settings = self._shown[key].spec.settings
+            self._make_again(key, settings={**settings, name: value})
+
+    def _make_again(self, key: str, **changes: Any) -> None:
+        if key in self._shown:
+            spec = replace(self._shown[key].spec, **changes)
+            self._shown[key] = _Shown(spec, spec.make())
+            self._robot.feed.forget(key)  # so that what is published once comes again
+            self._listen()
 
     def _rename(self, key: str, topic: str) -> None:
-        if key in self._shown:
-            spec = replace(self._shown[key].spec, topic=topic, anywhere=False)
-            self._make_again(key, spec)
-
-    def _make_again(self, key: str, spec: DisplaySpec) -> None:
-        self._shown[key] = _Shown(spec, spec.make())
-        self._robot.forget(key)  # so that what is published once comes again
-        self._listen()
+        self._make_again(key, topic=topic, anywhere=False)
 
     def specs(self) -> list[DisplaySpec]:
         """Return the displays as they are now."""
@@ -297,7 +296,7 @@ class Viewer:
         for key in list(self._shown):
             self._remove(key)
         self._config = found
-        self._robot.frames.want(found.fixed_frame or "map")
+        self._robot.frames.wanted = found.fixed_frame or "map"
         for spec in found.displays:
             self.add(spec)
         if found.unsupported:

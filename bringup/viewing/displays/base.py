@@ -48,7 +48,6 @@ class DisplaySpec:
         kind: Its class, a name of `DISPLAYS` or `module:Class`.
         topic: Empty for the class's own.
         settings: Of its `Config`, by field; what is not given has its default.
-        anywhere: As the display's.
         rviz: What a file of RViz said of it, to be saved again.
     """
 

@@ -37,10 +37,8 @@ class _Kept:
         stamp: When its frame was where it is drawn [s]; None where it moves with the frame.
         placed: Pose of its frame at the stamp in the fixed one, once that is known.
         expires: End of its lifetime [s, monotonic]; None before it was drawn.
-        rows: Of `solids`, each with its shape.
-        points: Positions and colours with a size [m].
-        lines: Ends and colours with a width [m].
-        single: What is a drawing of its own.
+        items: Each with its kind: "solid", a shape and a row of `solids`; "points", a size [m],
+            positions and colours; "line", a width [m], ends and colours; "single", a drawing.
     """
 
     frame: str
@@ -48,10 +46,7 @@ class _Kept:
     lifetime: float
     expires: float | None = None
     placed: Pose3 | None = None
-    rows: list[tuple[str, Any]] = field(default_factory=list)
-    points: list[tuple[float, Any, Any]] = field(default_factory=list)
-    lines: list[tuple[float, Any, Any]] = field(default_factory=list)
-    single: Drawing | None = None
+    items: list[tuple[str, Any, Any]] = field(default_factory=list)
 
 
 class MarkerArray(Display):
@@ -136,13 +131,15 @@ def _read(marker: Any, T_frame_parent: Pose3 = ORIGIN) -> _Kept:
         pose = T_frame_parent @ pose
     colour, alpha, kind = colour_of(marker.color), marker.color.a, marker.type
     if kind in _SHAPES:
-        kept.rows = [(_SHAPES[kind], (*_pose(pose), scale, colour, alpha))]
+        kept.items = [("solid", _SHAPES[kind], (*_pose(pose), scale, colour, alpha))]
     elif kind in (_ARROW, _ARROW_STRIP):
-        kept.rows = [("arrow", row) for row in _arrows(marker, pose, scale, colour, alpha)]
+        rows = _arrows(marker, pose, scale, colour, alpha)
+        kept.items = [("solid", "arrow", row) for row in rows]
     elif kind == _TEXT:
-        kept.single = Label(pose=pose, text=marker.text, height=scale[2])
+        kept.items = [("single", "", Label(pose=pose, text=marker.text, height=scale[2]))]
     elif kind == _MESH:
-        kept.single = Model(pose=pose, glb=_mesh(marker.mesh_resource), scale=scale)
+        model = Model(pose=pose, glb=_mesh(marker.mesh_resource), scale=scale)
+        kept.items = [("single", "", model)]
     elif kind in (*_LISTS, _POINTS, _LINE_STRIP, _LINE_LIST, _TRIANGLES):
         _read_points(kept, marker, pose, scale)
     else:
@@ -176,19 +173,19 @@ def _read_points(kept: _Kept, marker: Any, pose: Pose3, scale: Any) -> None:
     else:
         colours = np.tile(np.array(colour_of(marker.color), np.uint8), (len(points), 1))
     if kind in _LISTS:
-        kept.rows = [
-            (_LISTS[kind], (point, pose.quaternion, scale, colour, alpha))
+        kept.items = [
+            ("solid", _LISTS[kind], (point, pose.quaternion, scale, colour, alpha))
             for point, colour in zip(points, colours, strict=True)
         ]
     elif kind == _POINTS:
-        kept.points = [(max(scale[0], scale[1]), points, colours)]
+        kept.items = [("points", max(scale[0], scale[1]), (points, colours))]
     elif kind == _TRIANGLES:
-        kept.single = Model(glb=_triangles(points, colours, alpha))
+        kept.items = [("single", "", Model(glb=_triangles(points, colours, alpha)))]
     else:
         step = 1 if kind == _LINE_STRIP else 2
         starts = np.arange(0, len(points) - 1, step)
         ends = np.stack([starts, starts + 1], axis=1)
-        kept.lines = [(scale[0], points[ends], colours[ends])]
+        kept.items = [("line", scale[0], (points[ends], colours[ends]))]
 
 
 def _xyz(points: Any) -> Any:
@@ -197,9 +194,9 @@ def _xyz(points: Any) -> Any:
 
 @cache
 def _mesh(uri: str) -> bytes:
-    from bringup.viewing.drawing.visual_model import mesh_finder, mesh_glb
+    from bringup.viewing.drawing.visual_model import mesh_glb
 
-    return mesh_glb(uri, mesh_finder())
+    return mesh_glb(uri)
 
 
 def _triangles(points: Any, colours: Any, alpha: float) -> bytes:
@@ -218,13 +215,8 @@ def _drawn(kept: Iterable[_Kept]) -> dict[str, Drawing]:
     groups: dict[Any, dict[Any, list[Any]]] = defaultdict(lambda: defaultdict(list))
     for each in kept:
         group = groups[each.frame if each.placed is None else each.placed]
-        for shape, row in each.rows:
-            group["solid", shape].append(row)
-        for name, given in (("points", each.points), ("line", each.lines)):
-            for size, positions, colours in given:
-                group[name, size].append((positions, colours))
-        if each.single is not None:
-            group["single", ""].append(each.single)
+        for name, detail, item in each.items:
+            group[name, detail].append(item)
     parts: dict[str, Drawing] = {}
     for number, (where, group) in enumerate(groups.items()):
         # a drawing's own pose lies within the frame's at the time of its stamp
@@ -235,7 +227,8 @@ def _drawn(kept: Iterable[_Kept]) -> dict[str, Drawing]:
                 parts[key] = solids(detail, items, **at)
             elif name == "single":
                 for index, item in enumerate(items):
-                    parts[f"{key} {index}"] = _moved(item, at)
+                    moved = {**at, "pose": at.get("pose", ORIGIN) @ item.pose}
+                    parts[f"{key} {index}"] = replace(item, **moved)
             else:
                 positions, colours = (np.concatenate(column) for column in zip(*items, strict=True))
                 positions = positions.astype(np.float32)
@@ -244,11 +237,6 @@ def _drawn(kept: Iterable[_Kept]) -> dict[str, Drawing]:
                 else:
                     parts[key] = Segments(segments=positions, colours=colours, width=detail, **at)
     return parts
-
-
-def _moved(item: Any, at: dict[str, Any]) -> Drawing:
-    moved: Drawing = replace(item, **{**at, "pose": at.get("pose", ORIGIN) @ item.pose})
-    return moved
 
 
 class InteractiveMarkers(MarkerArray):
@@ -290,7 +278,8 @@ class InteractiveMarkers(MarkerArray):
             )  # fmt: skip
             words = Label(pose=pose @ Pose3((0.0, 0.0, size / 2.0)), text=each.description)
             for number, drawing in enumerate((handle, words)):
-                yield (each.name, -1 - number), _Kept(frame_of(each), None, 0.0, single=drawing)
+                kept = _Kept(frame_of(each), None, 0.0, items=[("single", "", drawing)])
+                yield (each.name, -1 - number), kept
             markers = [marker for control in each.controls for marker in control.markers]
             for number, marker in enumerate(markers):
                 kept = _read(marker, pose)

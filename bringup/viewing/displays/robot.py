@@ -17,7 +17,6 @@ class RobotModel(Display):
 
     Attributes:
         base: The frame of its root link, once its description has come.
-        robot: Its name.
     """
 
     types = ("std_msgs/msg/String",)
@@ -25,9 +24,9 @@ class RobotModel(Display):
     base = robot = ""
 
     def take(self, message: Any) -> Parts:
-        from bringup.viewing.drawing.visual_model import mesh_finder, read
+        from bringup.viewing.drawing.visual_model import read
 
-        model = read(message.data, mesh_finder())
+        model = read(message.data)
         self.base, self.robot = model.root, model.name
         if model.notes:
             self.notes = model.notes

@@ -117,11 +117,7 @@ class AccelStamped(_TwoVectors):
 
 
 class _Measured(Display):
-    """A value as a ball where the sensor is, from red for the least to magenta.
-
-    Attributes:
-        value: The message's field of it.
-    """
+    """A value as a ball where the sensor is, from red for the least to magenta."""
 
     value: ClassVar[str]
 

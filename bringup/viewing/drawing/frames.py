@@ -12,21 +12,16 @@ from bringup.viewing.drawing.messages import frame_of, pose3
 
 
 class Frames(TransformTree[Pose3]):
-    """A tree of frames for drawing.
+    """A tree of frames for drawing, in the `wanted` one once it is known.
 
     Args:
-        fixed: The frame that everything is drawn in, once it is known.
         late: Time after a frame's newest transform at which that one stands in: half a period of
             a slow odometry [s].
     """
 
     def __init__(self, fixed: str, late: float = 0.05) -> None:
         super().__init__(ORIGIN, duration=10.0)
-        self._wanted, self._late = fixed, late
-
-    def want(self, fixed: str) -> None:
-        """Draw in another frame, once it is known."""
-        self._wanted = fixed
+        self.wanted, self._late = fixed, late
 
     def take(self, message: Any, static: bool, stamp: float | None = None) -> bool:
         """Insert the transforms of a TFMessage; return whether a frame has a new parent.
@@ -62,8 +57,8 @@ class Frames(TransformTree[Pose3]):
     @property
     def fixed(self) -> str | None:
         """The frame to draw in: the wanted one, else the root of the most frames, or None."""
-        if self.knows(self._wanted):
-            return self._wanted
+        if self.knows(self.wanted):
+            return self.wanted
         roots = [self.root(frame) for frame in self.edges]
         return max(sorted(set(roots)), key=roots.count) if roots else None
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable
+from collections.abc import Sequence
 from functools import cache
 from typing import Any
 
@@ -13,25 +13,23 @@ from numpy.typing import NDArray
 from bringup.viewing.drawing.values import Drawing, Solids
 
 
-def solids(shape: str, rows: Iterable[tuple[Any, ...]], **where: Any) -> Drawing:
+def solids(shape: str, rows: Sequence[tuple[Any, ...]], **where: Any) -> Drawing:
     """Return bodies of a shape.
 
     Args:
         rows: Position, quaternion, size, colour and opacity of each.
         where: Frame and stamp.
     """
-    columns = list(zip(*rows, strict=True)) or [(), (), (), (), ()]
-    floats = [
-        np.array(column, np.float32).reshape(shape_)
-        for column, shape_ in zip(
-            (*columns[:3], columns[4]), ((-1, 3), (-1, 4), (-1, 3), (-1,)), strict=True
-        )
-    ]
-    colours = np.array(columns[3], np.uint8).reshape(-1, 3)
+    positions, wxyzs, sizes, colours, opacities = zip(*rows, strict=True) if rows else 5 * ((),)
     return Solids(
-        shape=shape, positions=floats[0], wxyzs=floats[1], sizes=floats[2],
-        colours=colours, opacities=floats[3], **where,
-    )  # fmt: skip
+        shape=shape,
+        positions=np.array(positions, np.float32).reshape(-1, 3),
+        wxyzs=np.array(wxyzs, np.float32).reshape(-1, 4),
+        sizes=np.array(sizes, np.float32).reshape(-1, 3),
+        colours=np.array(colours, np.uint8).reshape(-1, 3),
+        opacities=np.array(opacities, np.float32),
+        **where,
+    )
 
 
 def arrow_pose(tail: NDArray[Any], tip: NDArray[Any]) -> Any:

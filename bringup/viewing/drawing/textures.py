@@ -35,7 +35,6 @@ def cost_pixels(grid: OccupancyGrid, opacity: float) -> NDArray[np.uint8]:
     enlarged: a browser smooths pictures over their pixels, not over their cells.
 
     Args:
-        grid: The costs.
         opacity: Of what is not clear, 0 to 1.
     """
     palette = np.zeros((256, 4), dtype=np.uint8)

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from arjuna_core.errors import ArjunaError, InputFileError, shortened
 from arjuna_core.files.input_file import open_file
 
-FindMesh = Callable[[str], Path | None]
+Finder = Callable[[str], Path | None]
 """Returns the file that a mesh's URI names, or None."""
 _LARGEST = 60_000_000  # [bytes] of a mesh or a texture
 _UNREADABLE = (ParseError, DefusedXmlException, ValueError, yourdfpy.urdf.URDFError)
@@ -46,17 +46,14 @@ class _Beside(trimesh.resolvers.FilePathResolver):
         return path
 
 
-def mesh_finder() -> FindMesh:
-    """Return what finds meshes in the packages of the environment and below this folder."""
+def find_mesh(uri: str) -> Path | None:
+    """Return the file of a mesh in the environment's packages or below this folder, or None."""
     from arjuna_sim.files.search_path import EscapeError, SearchPath
 
-    def find(uri: str) -> Path | None:
-        try:
-            return SearchPath.of().find(Path.cwd() / "robot.urdf", uri)
-        except EscapeError:
-            return None
-
-    return find
+    try:
+        return SearchPath.of().find(Path.cwd() / "robot.urdf", uri)
+    except EscapeError:
+        return None
 
 
 class VisualError(ArjunaError):
@@ -71,7 +68,6 @@ class VisualModel:
         root: The link above all others.
         glbs: Each visible link in its own frame, as binary glTF.
         notes: On what is not drawn.
-        name: The robot's.
     """
 
     root: str
@@ -80,7 +76,7 @@ class VisualModel:
     name: str = ""
 
 
-def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> VisualModel:
+def read(description: str, find: Finder = find_mesh, longest: int = 10_000_000) -> VisualModel:
     """Return the robot of the text of a URDF, or of an SDF model.
 
     Raises:
@@ -94,14 +90,14 @@ def read(description: str, find_mesh: FindMesh, longest: int = 10_000_000) -> Vi
         meshes = []
         for visual in link.visuals:
             with _noting(notes, link.name):
-                meshes += _meshes(visual, colours, find_mesh)
+                meshes += _meshes(visual, colours, find)
         if meshes:
             with _noting(notes, link.name):
                 glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
     return VisualModel(_root(robot), glbs, tuple(notes), str(robot.name))
 
 
-def mesh_glb(uri: str, find_mesh: FindMesh) -> bytes:
+def mesh_glb(uri: str, find: Finder = find_mesh) -> bytes:
     """Return the mesh that a URI names as binary glTF.
 
     Raises:
@@ -109,7 +105,7 @@ def mesh_glb(uri: str, find_mesh: FindMesh) -> bytes:
     """
     notes: list[str] = []
     with _noting(notes, "mesh"):
-        meshes = _loaded(SimpleNamespace(filename=uri, scale=None), find_mesh)
+        meshes = _loaded(SimpleNamespace(filename=uri, scale=None), find)
         return bytes(trimesh.Scene(meshes).export(file_type="glb"))
     raise VisualError(notes[0])
 
@@ -145,13 +141,13 @@ def _parse(description: str, longest: int) -> Any:
     return urdf.robot
 
 
-def _meshes(visual: Any, colours: dict[str, Any], find_mesh: FindMesh) -> list[trimesh.Trimesh]:
+def _meshes(visual: Any, colours: dict[str, Any], find: Finder) -> list[trimesh.Trimesh]:
     geometry, material = visual.geometry, visual.material
     colour = None if material is None else colours.get(material.name)
     if material is not None and material.color is not None:
         colour = material.color.rgba
     if geometry.mesh is not None:
-        meshes = _loaded(geometry.mesh, find_mesh)
+        meshes = _loaded(geometry.mesh, find)
     else:
         meshes = [_primitive(geometry)]
         colour = _GREY if colour is None else colour
@@ -174,8 +170,8 @@ def _primitive(geometry: Any) -> Any:
     raise ValueError("its geometry is no box, cylinder, sphere or mesh")
 
 
-def _loaded(shape: Any, find_mesh: FindMesh) -> list[trimesh.Trimesh]:
-    path = find_mesh(shape.filename)
+def _loaded(shape: Any, find: Finder) -> list[trimesh.Trimesh]:
+    path = find(shape.filename)
     if path is None:
         raise ValueError(f"'{shape.filename}' is not found; --package-path adds folders")
     with open_file(path, largest=_LARGEST) as file:

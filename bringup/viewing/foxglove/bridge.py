@@ -22,7 +22,7 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
-from bringup.viewing.drawing.visual_model import mesh_finder
+from bringup.viewing.drawing.visual_model import find_mesh
 from bringup.viewing.foxglove.channels import Channels, Publications
 from bringup.viewing.foxglove.connection_graph import ConnectionGraph
 from bringup.viewing.foxglove.parameters import Parameters
@@ -46,9 +46,7 @@ class Bridge:
     """Serves a robot to Foxglove.
 
     Args:
-        host: The address; the loopback's, unless others shall reach it.
         port: The port; 0 for any.
-        context: An rclpy context to live in; its own if None.
 
     Raises:
         BridgeError: The address is taken, or not this machine's.
@@ -163,7 +161,7 @@ class Bridge:
         uri, data, problem = str(message["uri"]), b"", ""
         if ".." in uri or not _ASSET.fullmatch(uri):
             problem = f"'{uri}' is not given out; valid: meshes and pictures of package://"
-        elif (path := mesh_finder()(uri)) is None:
+        elif (path := find_mesh(uri)) is None:
             problem = f"'{uri}' is not found"
         else:
             try:

@@ -31,10 +31,6 @@ class _Question:
 
     Args:
         names: `/node.parameter`.
-        values: Values to set before, by name.
-
-    Attributes:
-        found: The parameters, as they are sent.
     """
 
     deadline = 3.0

@@ -12,7 +12,6 @@ from arjuna_core.bags.topic import TopicInfo
 from bringup.viewing.displays.base import DISPLAYS
 from bringup.viewing.displays.standard import usual
 from bringup.viewing.drawing.frames import Frames
-from bringup.viewing.drawing.visual_model import FindMesh
 from bringup.viewing.rerun import shapes
 from bringup.viewing.rerun.stream import Stream
 
@@ -60,9 +59,8 @@ class Scene:
         notes: On what cannot be shown, each once.
     """
 
-    def __init__(self, stream: Stream, find_mesh: FindMesh) -> None:
+    def __init__(self, stream: Stream) -> None:
         self._stream = stream
-        self._find_mesh = find_mesh
         self._decoder = Decoder()
         self._last: dict[str, float] = {}
         self._frames = Frames("map")
@@ -101,7 +99,7 @@ class Scene:
             if shapes.transforms(stream, self._frames, message, name.endswith("tf_static")):
                 self._orient()
         elif kind == _STRING and name.endswith("robot_description"):
-            for note in shapes.robot(stream, message.data, self._find_mesh):
+            for note in shapes.robot(stream, message.data):
                 self._note(note)
         elif kind == _STRING:
             shapes.text(stream, name, message)

@@ -14,7 +14,7 @@ from arjuna_core.pixels import pixels
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.drawing.messages import flat_points, frame_of, pose3
 from bringup.viewing.drawing.values import Arrows, Drawing, Grid, Line, Points
-from bringup.viewing.drawing.visual_model import FindMesh, VisualError, read
+from bringup.viewing.drawing.visual_model import VisualError, read
 from bringup.viewing.rerun.stream import Stream
 
 SPEED, TURN, ERROR, GOAL = "curves/speed", "curves/turn_rate", "curves/error", "curves/goal"
@@ -161,10 +161,10 @@ def compressed_image(stream: Stream, topic: str, message: Any) -> None:
     stream.log(topic, rr.EncodedImage(contents=data, media_type=f"image/{kind}"))
 
 
-def robot(stream: Stream, description: str, find_mesh: FindMesh) -> tuple[str, ...]:
+def robot(stream: Stream, description: str) -> tuple[str, ...]:
     """Show each link of a URDF in its frame, so that TF moves it; return notes on the rest."""
     try:
-        model = read(description, find_mesh)
+        model = read(description)
     except VisualError as error:
         return (str(error),)
     for link, glb in model.glbs.items():

@@ -16,7 +16,6 @@ import rerun_cli
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError, InputFileError
-from bringup.viewing.drawing.visual_model import FindMesh
 from bringup.viewing.rerun.scene import Scene
 from bringup.viewing.rerun.stream import Stream
 
@@ -37,8 +36,6 @@ class Output:
 
     Args:
         save: The file to write; None to show it.
-        web: Whether to show it in a browser instead of rerun's window.
-        show: Takes lines for the user.
 
     Raises:
         OutputError: The file exists already or cannot be written, there is no display, or the
@@ -140,13 +137,8 @@ def _free_port() -> int:
         return int(probe.getsockname()[1])
 
 
-def replay(
-    bag: Bag, save: Path | None, web: bool, find_mesh: FindMesh, show: Callable[[str], None]
-) -> None:
+def replay(bag: Bag, save: Path | None, web: bool, show: Callable[[str], None]) -> None:
     """Show a recording, or write it to a file of rerun's.
-
-    Args:
-        save: The file; None to show it, until the viewer is closed.
 
     Raises:
         InputFileError: It holds nothing that can be shown.
@@ -154,7 +146,7 @@ def replay(
     """
     with Output(save, web, show) as output:
         stream = Stream(output.recording, patience=5.0)
-        scene = Scene(stream, find_mesh)
+        scene = Scene(stream)
         names = {name for name, topic in bag.topics.items() if scene.shows(topic.type_name)}
         if not names:
             valid = ", ".join(sorted(bag.topics)) or "none"
@@ -172,17 +164,9 @@ def replay(
 
 
 def watch(
-    save: Path | None,
-    web: bool,
-    find_mesh: FindMesh,
-    show: Callable[[str], None],
-    stopped: Callable[[], bool],
+    save: Path | None, web: bool, show: Callable[[str], None], stopped: Callable[[], bool]
 ) -> None:
     """Show the running robot until it is stopped or the viewer is closed.
-
-    Args:
-        save: A file of rerun's to write instead.
-        stopped: Returns whether to end.
 
     Raises:
         OutputError: There is nowhere to show it.
@@ -195,7 +179,7 @@ def watch(
     poll, discover = 0.05, 0.5  # [s]
     with Output(save, web, show) as output:
         stream = Stream(output.recording, poll)
-        scene = Scene(stream, find_mesh)
+        scene = Scene(stream)
         context = new_context()
         node = Node("viewer", context=context, start_parameter_services=False, enable_rosout=False)
         listener, pause, due = TopicListener(node), threading.Event(), 0.0

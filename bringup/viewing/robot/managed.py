@@ -21,11 +21,7 @@ _MARKS = {"active": "●", "inactive": "○", "unconfigured": "·"}
 
 
 class ManagedNodes:
-    """Asks one node after the other for its state.
-
-    Attributes:
-        report: On the last command.
-    """
+    """Asks one node after the other for its state."""
 
     def __init__(self, services: Services) -> None:
         self._services = services

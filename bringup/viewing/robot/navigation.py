@@ -33,11 +33,9 @@ class Navigation:
     """The state of the last goal, whoever gave it.
 
     Attributes:
-        state: In a word.
         distance: Left to drive [m].
         time: Since it started [s].
         recoveries: How often it had to recover.
-        error: Why it failed, or was refused.
     """
 
     state: str = "no goal"

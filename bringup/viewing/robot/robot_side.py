@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -35,8 +35,6 @@ class RobotSide:
     """Listens to displays' topics and publishes commands; all happens in `spin` and `tick`.
 
     Args:
-        context: An rclpy context to live in; its own if None.
-        namespace: The robot's.
         fixed_frame: The frame to draw and to command in.
         command_topic: Of velocities by hand.
     """
@@ -60,7 +58,7 @@ class RobotSide:
         self.navigation = NavigationWatch(self.node, services)
         self.managed = ManagedNodes(services)
         self.entities = EntityWatch(services)
-        self._feed = Feed(self.node, services)
+        self.feed = Feed(self.node, services)
         self._hand = HandDrive(self.node, command_topic)
         self._pose_out = self.node.create_publisher(
             PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
@@ -74,7 +72,7 @@ class RobotSide:
     def listen(self, displays: Mapping[str, Display] | None) -> None:
         """Subscribe to the topics of displays, by their keys, and to transforms; None: to none."""
         self._displays = displays or {}
-        self._feed.listen(self._displays)
+        self.feed.listen(self._displays)
         self.navigation.listen(displays is not None)
         if displays is not None and not self._transforms:
             for topic, profile in (("tf", qos.TF), ("tf_static", qos.TF_STATIC_SUBSCRIPTION)):
@@ -91,10 +89,6 @@ class RobotSide:
                 self.node.destroy_subscription(self._transforms.pop())
             for _ in range(20):  # until what was closed is gone
                 self._executor.spin_once(timeout_sec=0.0)
-
-    def forget(self, display: str) -> None:
-        """Close a display's subscriptions; `listen` opens them again."""
-        self._feed.forget(display)
 
     def spin(self, until: float) -> None:
         """Take in what comes until a time [s, monotonic], and in any case all that waits now."""
@@ -115,11 +109,7 @@ class RobotSide:
                 self.entities.ask()
         if now >= self._topics_due:
             self._topics_due = now + 2.0
-            self._feed.listen(self._displays)
-
-    def take(self) -> Iterator[tuple[str, Any]]:
-        """Yield the messages since the last call with their displays' keys."""
-        return self._feed.take(self._displays)
+            self.feed.listen(self._displays)
 
     def topics(self) -> dict[str, str]:
         """Return the type of each topic that somebody else publishes."""

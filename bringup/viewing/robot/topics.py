@@ -37,9 +37,11 @@ class Feed:
         self._open: dict[tuple[str, int], tuple[_Source, Any]] = {}
         self._arrived: dict[tuple[str, int], deque[Any]] = {}
         self._asked: set[str] = set()
+        self._displays: Mapping[str, Display] = {}
 
     def listen(self, displays: Mapping[str, Display]) -> None:
         """Subscribe to the topics of displays by their keys, and to no others."""
+        self._displays = displays
         types = dict(self._node.get_topic_names_and_types())
         wanted: dict[tuple[str, int], tuple[_Source, int]] = {}
         for key, display in displays.items():
@@ -105,11 +107,11 @@ class Feed:
         if self._services.ask(kind, wanted.topic, kind.Request(), arrived.append):
             self._asked.add(key)
 
-    def take(self, displays: Mapping[str, Display]) -> Iterator[tuple[str, Any]]:
+    def take(self) -> Iterator[tuple[str, Any]]:
         """Yield the messages since the last call with their displays' keys."""
         for (key, number), arrived in self._arrived.items():
-            while arrived and key in displays:
+            while arrived and key in self._displays:
                 data = arrived.popleft()
-                if isinstance(data, bytes) and not displays[key].raw:
+                if isinstance(data, bytes) and not self._displays[key].raw:
                     data = deserialize_message(data, class_of(self._open[key, number][0].type_name))
                 yield key, data

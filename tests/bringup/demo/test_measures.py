@@ -93,7 +93,7 @@ def test_a_touch_is_noted_once_with_its_name_and_place() -> None:
     samples = Samples()
     for i, contacts in enumerate(((), ("b", "a"), ("a",), (), ("c",))):
         samples.add(i * TICK, SE2(float(i), 2.0, 0.0), None, contacts, False)
-    assert (samples.collisions, samples.touched) == (2, [("a, b", 1.0, 2.0), ("c", 4.0, 2.0)])
+    assert samples.touched == [("a, b", 1.0, 2.0), ("c", 4.0, 2.0)]
 
 
 def test_the_area_of_a_start_outside_the_walls_is_not_all_there_is() -> None:
@@ -111,6 +111,7 @@ def test_a_robot_that_believes_itself_elsewhere_has_not_succeeded(off: float, lo
     samples = Samples()
     for i in range(1, 4):
         samples.add(i * TICK, SE2(2.0, 2.0), SE2(2.0, 2.0 + off), (), True)
-    report = Report.of(samples, True, grid(0), SQUARE, 5, 1.0, None, None)
+    facts = {"seed": 5, "exploration_done": True, "kidnap_recovered": None}
+    report = Report.of(samples, grid(0), SQUARE, 1.0, kidnap_recovery_s=None, **facts)
     assert report.success is not lost
     assert ("lost" in summary(Path(), report)) is lost

@@ -18,7 +18,6 @@ from arjuna_slam.logs.log import open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from bringup import cli
 from bringup.cli import REFUSED, parse
-from bringup.cli import run as run_cli
 from bringup.offline.calibration import write_calibration
 from bringup.parameters.files import for_node, load_parameters
 from bringup.terminal import Bar
@@ -61,29 +60,6 @@ def test_a_log_becomes_map_trajectory_report_and_picture(
     assert (out / "plot.png").read_bytes().startswith(b"\x89PNG")
 
 
-@pytest.mark.parametrize(
-    ("name", "options", "problem"),
-    [
-        ("no.clf", [], "no.clf: does not exist"),
-        ("room.clf", ["--relations", "no.relations"], "no.relations: cannot be read: No such"),
-        ("room.clf", ["--out", "room.clf/out"], "cannot be written: Not a directory"),
-        ("room.clf", ["--params", "no.yaml"], "no.yaml"),
-    ],
-)
-def test_a_bad_input_is_refused_in_one_line(
-    log: Path,
-    name: str,
-    options: list[str],
-    problem: str,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
-) -> None:
-    monkeypatch.chdir(log.parent)
-    assert cli.run(parse(["slam", "--offline", name, *options])) == 2
-    (line,) = capsys.readouterr().err.splitlines()
-    assert problem in line
-
-
 @pytest.mark.ros
 @pytest.mark.parametrize(("strict", "code"), [([], 0), (["--strict"], 2)])
 def test_a_parameter_file_is_read_by_the_rule_of_all_commands(
@@ -121,7 +97,7 @@ def test_frames_are_those_of_the_command_line(
 ) -> None:
     path = write(tmp_path / "a.mcap", entries())
     argv = ["slam", "--offline", str(path), "--out", str(tmp_path / "out"), "--base-frame", "base"]
-    assert run_cli(parse(argv)) == REFUSED
+    assert cli.run(parse(argv)) == REFUSED
     assert "no transform connects 'odom' and 'base'" in capsys.readouterr().err
 
 
@@ -142,8 +118,8 @@ def robot(tmp_path: Path) -> Robot:
     return robot
 
 
-def run(folder: Path, *options: str, log: str = "room.clf", map_name: str = "room.yaml") -> int:
-    paths = ["--offline", str(folder / log), "--map", str(folder / map_name)]
+def run(folder: Path, *options: str, log: str = "room.clf") -> int:
+    paths = ["--offline", str(folder / log), "--map", str(folder / "room.yaml")]
     return cli.run(parse(["nav", *paths, "--out", str(folder / "out"), *options]))
 
 
@@ -170,25 +146,33 @@ def test_the_same_log_gives_the_same_bytes(robot: Robot, tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("log", "map_name", "problem"),
+    ("words", "problem"),
     [
-        ("no.clf", "room.yaml", "no.clf: does not exist"),
-        ("room.clf", "no.yaml", "no.yaml"),
-        ("room.clf", "blank.yaml", "has no occupied cell"),
+        ("slam --offline no.clf", "no.clf: does not exist"),
+        (
+            "slam --offline room.clf --relations no.relations",
+            "no.relations: cannot be read: No suc",
+        ),
+        ("slam --offline room.clf --out room.clf/out", "cannot be written: Not a directory"),
+        ("slam --offline room.clf --params no.yaml", "no.yaml"),
+        ("nav --offline no.clf --map room.yaml", "no.clf: does not exist"),
+        ("nav --offline room.clf --map no.yaml", "no.yaml"),
+        ("nav --offline room.clf --map blank.yaml", "has no occupied cell"),
     ],
 )
-def test_bad_input_of_amcl_is_refused_in_one_line(
+def test_a_bad_input_is_refused_in_one_line(
+    words: str,
+    problem: str,
     robot: Robot,
     tmp_path: Path,
-    log: str,
-    map_name: str,
-    problem: str,
+    monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
+    monkeypatch.chdir(tmp_path)
     blank = room_map()
     blank.data[:] = 0
     save_map(blank, tmp_path / "blank")
-    assert run(tmp_path, log=log, map_name=map_name) == 2
+    assert cli.run(parse(words.split())) == REFUSED
     (line,) = capsys.readouterr().err.splitlines()
     assert problem in line
 
@@ -223,6 +207,6 @@ def test_calibrate_writes_parameters_a_snippet_and_a_picture(tmp_path: Path) -> 
 
 def test_a_missing_robot_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     missing = tmp_path / "no.urdf"
-    code = run_cli(parse(["calibrate", "--robot", str(missing), "--out", str(tmp_path)]))
+    code = cli.run(parse(["calibrate", "--robot", str(missing), "--out", str(tmp_path)]))
     assert code == REFUSED
     assert "no.urdf" in capsys.readouterr().err

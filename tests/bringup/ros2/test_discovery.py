@@ -91,22 +91,21 @@ def table(*ports: int) -> str:
 
 
 @pytest.mark.parametrize(
-    ("ports", "expected"),
+    ("domain", "ports", "expected"),
     [
-        ((), 0),
-        ((7410,), 1),
-        ((7410, 7412, 7414), 3),
-        ((7410, 7410), 1),  # on two addresses
-        ((7400, 7401, 7411, 7413), 0),  # multicast, and data of users
-        ((7660, 53), 0),  # of the next domain, and no DDS at all
+        (0, (), 0),
+        (0, (7410,), 1),
+        (0, (7410, 7412, 7414), 3),
+        (0, (7410, 7410), 1),  # on two addresses
+        (0, (7400, 7401, 7411, 7413), 0),  # multicast, and data of users
+        (0, (7660, 53), 0),  # of the next domain, and no DDS at all
+        (46, (7400 + 250 * 46 + 10,), 1),
     ],
 )
-def test_only_discovery_ports_of_the_domain_count(ports: tuple[int, ...], expected: int) -> None:
-    assert count_participants(0, table(*ports)) == expected
-
-
-def test_domains_lie_250_ports_apart() -> None:
-    assert count_participants(46, table(7400 + 250 * 46 + 10)) == 1
+def test_only_discovery_ports_of_the_domain_count(
+    domain: int, ports: tuple[int, ...], expected: int
+) -> None:
+    assert count_participants(domain, table(*ports)) == expected
 
 
 def test_a_bound_port_is_seen() -> None:

@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
@@ -112,21 +113,21 @@ def _program(folder: Path) -> Path:
     return path
 
 
-def test_a_sourced_ros_comes_first(tmp_path: Path) -> None:
+@pytest.mark.parametrize(
+    ("on_path", "environment", "is_run"),
+    [
+        (["own", "real"], {"ROS_DISTRO": "jazzy"}, True),
+        (["own"], {"ROS_DISTRO": "jazzy"}, False),
+        (["real"], {}, False),
+        (["real"], {"ROS_DISTRO": "jazzy", "ARJUNA_ROS2_HANDED_ON": "1"}, False),
+    ],
+)
+def test_another_ros2_is_run_where_its_ros_is_sourced(
+    on_path: list[str], environment: dict[str, str], is_run: bool, tmp_path: Path
+) -> None:
     real, own = _program(tmp_path / "real"), _program(tmp_path / "own")
-    path = f"{own.parent}:{real.parent}"
-    assert real_ros2({"ROS_DISTRO": "jazzy", "PATH": path}, own) == str(real)
-
-
-@pytest.mark.parametrize("environment", [{}, {"ROS_DISTRO": "jazzy", "ARJUNA_ROS2_HANDED_ON": "1"}])
-def test_no_other_program_is_run_unsourced(environment: dict[str, str], tmp_path: Path) -> None:
-    real, own = _program(tmp_path / "real"), _program(tmp_path / "own")
-    assert real_ros2({**environment, "PATH": str(real.parent)}, own) is None
-
-
-def test_its_own_folder_is_no_sourced_ros(tmp_path: Path) -> None:
-    own = _program(tmp_path / "own")
-    assert real_ros2({"ROS_DISTRO": "jazzy", "PATH": str(own.parent)}, own) is None
+    path = ":".join(str(tmp_path / name) for name in on_path)
+    assert real_ros2({**environment, "PATH": path}, own) == (str(real) if is_run else None)
 
 
 @pytest.mark.parametrize(
@@ -167,6 +168,15 @@ def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[
     )
 
 
+@pytest.fixture
+def started(monkeypatch: pytest.MonkeyPatch) -> list[list[str]]:
+    """Return the words of the commands of Arjuna that would have been started."""
+    commands: list[list[str]] = []
+    for module in (forward, launch):
+        monkeypatch.setattr(module, "arjuna", lambda name, rest: commands.append([name, *rest]))
+    return commands
+
+
 def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
     words = "-f a --ros-args --remap /cmd_vel:=/b -p stamped:=true -p speed:=0.5 -- -t c"
     assert ros_arguments(words.split()) == RosArguments(
@@ -184,104 +194,142 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
     ("words", "expected"),
     [
         (
-            "teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/x -p speed:=0.2",
+            "run teleop_twist_keyboard teleop_twist_keyboard --ros-args -r cmd_vel:=/x"
+            " -p speed:=0.2",
             "teleop --keys twist --timeout 1e9 --topic /x --speed 0.2 --turn 1.0",
         ),
-        ("nav2_map_server map_saver_cli -f maps/room", "save-map maps/room --timeout 10.0"),
+        ("run nav2_map_server map_saver_cli -f maps/room", "save-map maps/room --timeout 10.0"),
         (
-            "nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
+            "run nav2_map_server map_saver_cli -f a --occ 65 --fmt png --ros-args -r map:=/plan",
             "save-map a --timeout 10.0 --topic /plan --occ 65 --fmt png",
         ),
         (
-            "foxglove_bridge foxglove_bridge --ros-args -p port:=8799 -p address:=0.0.0.0",
+            "run foxglove_bridge foxglove_bridge --ros-args -p port:=8799 -p address:=0.0.0.0",
             "view --foxglove --port 8799 --host 0.0.0.0",
         ),
-        ("slam_toolbox async_slam_toolbox_node", "slam"),
+        ("run slam_toolbox async_slam_toolbox_node", "slam"),
         (
-            "slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"
+            "run slam_toolbox sync_slam_toolbox_node --ros-args --params-file s.yaml"
             " -p use_sim_time:=false -r scan:=/front -r __ns:=/a -r map:=/m --log-level debug",
             "slam --params s.yaml --use-sim-time false --scan-topic /front --namespace /a"
             " --remap map:=/m --param synchronous:=true --log-level debug",
         ),
         (
-            "slam_toolbox localization_slam_toolbox_node --ros-args -p map_file_name:=room",
+            "run slam_toolbox localization_slam_toolbox_node --ros-args -p map_file_name:=room",
             "slam --param map_file_name:=room --param mode:=localization",
         ),
-        ("slam_toolbox lifelong_slam_toolbox_node", "slam --param mode:=lifelong"),
-        ("slam_toolbox map_and_localization_slam_toolbox_node", "slam"),
+        ("run slam_toolbox lifelong_slam_toolbox_node", "slam --param mode:=lifelong"),
+        ("run slam_toolbox map_and_localization_slam_toolbox_node", "slam"),
+        ("launch nav2_bringup bringup_launch.py map:=m.yaml", "nav --map m.yaml"),
+        (
+            "launch nav2_bringup bringup_launch.py map:=m.yaml params_file:=p.yaml"
+            " use_sim_time:=false",
+            "robot --map m.yaml --params p.yaml",
+        ),
+        ("launch nav2_bringup bringup_launch.py slam:=True map:=m.yaml", "nav --slam"),
+        (
+            "launch slam_toolbox online_async_launch.py slam_params_file:=s.yaml autostart:=true",
+            "slam --params s.yaml",
+        ),
+        (
+            "launch slam_toolbox online_sync_launch.py use_sim_time:=False",
+            "slam --param synchronous:=true --use-sim-time false",
+        ),
+        ("launch slam_toolbox offline_launch.py", "slam --param synchronous:=true"),
+        (
+            "launch slam_toolbox localization_launch.py slam_params_file:=s.yaml",
+            "slam --param mode:=localization --params s.yaml",
+        ),
+        (
+            "launch slam_toolbox lifelong_launch.py use_sim_time:=true",
+            "slam --param mode:=lifelong",
+        ),
+        (
+            "launch nav2_bringup slam_launch.py params_file:=p.yaml use_sim_time:=false",
+            "slam --param synchronous:=true --use-sim-time false --params p.yaml",
+        ),
+        (
+            "launch nav2_bringup navigation_launch.py use_sim_time:=false params_file:=p.yaml",
+            "robot --without-localization --params p.yaml",
+        ),
+        (
+            "launch nav2_bringup bringup_launch.py use_localization:=False namespace:=/a"
+            " log_level:=warn",
+            "nav --without-localization --namespace /a --log-level warn",
+        ),
+        (
+            "launch turtlebot4_navigation localization.launch.py map:=m.yaml params:=p.yaml",
+            "nav --without-navigation --map m.yaml --params p.yaml",
+        ),
+        (
+            "launch turtlebot4_navigation nav2.launch.py use_sim_time:=true namespace:=a",
+            "nav --without-localization --namespace a",
+        ),
+        (
+            "launch turtlebot4_navigation slam.launch.py sync:=false params:=p.yaml",
+            "slam --param synchronous:=true --params p.yaml --param synchronous:=false",
+        ),
+        (
+            "launch turtlebot4_viz view_robot.launch.py namespace:=a model:=lite",
+            "view --namespace a",
+        ),
+        (
+            "launch nav2_bringup rviz_launch.py namespace:=a rviz_config:=x.rviz",
+            "view --namespace a --config x.rviz",
+        ),
+        ("launch gazebo_ros gazebo.launch.py world:=w.world", "run gazebo_ros gzserver w.world"),
+        ("launch gazebo_ros gazebo.launch.py verbose:=false gui:=false", "run gazebo_ros gzserver"),
+        (
+            "launch ros_gz_sim gz_sim.launch.py gz_args:=-r\\ empty.sdf gz_version:=8",
+            "run ros_gz_sim gzserver -r empty.sdf",
+        ),
+        ("launch turtlebot3_cartographer cartographer.launch.py", "slam"),
+        (
+            "launch nav2_collision_monitor collision_monitor_node.launch.py params_file:=p.yaml",
+            "run nav2_collision_monitor collision_monitor --ros-args --params-file p.yaml",
+        ),
+        (
+            "launch turtlebot3_gazebo turtlebot3_world.launch.py x_pose:=1 y_pose:=0.5",
+            f"sim --robot {_BURGER} --world {_PILLARS} --at 1 0.5",
+        ),
+        (
+            "launch turtlebot3_gazebo turtlebot3_world.launch.py",
+            f"sim --robot {_BURGER} --world {_PILLARS} --at -2 -0.5",
+        ),
+        ("doctor --report --json", "doctor --json"),
     ],
 )
-def test_run_becomes_a_command_of_arjuna(
-    words: str, expected: str, monkeypatch: pytest.MonkeyPatch
+def test_words_become_a_command_of_arjuna(
+    words: str, expected: str, started: list[list[str]], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    started: list[list[str]] = []
-    monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
-    main(["run", *words.split()])
+    main(shlex.split(words))
     assert started == [expected.split()]
-    parse(started[0])
+    assert "no effect" not in capsys.readouterr().out
+    if started[0][0] != "run":
+        parse(started[0])
 
 
 @pytest.mark.parametrize("option", [["--prefix", "env A=1 nice"], ["--prefix=env A=1 nice"]])
 def test_a_program_runs_below_a_prefix(
     option: list[str], monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    started: list[list[str]] = []
-
-    def execvp(program: str, words: list[str]) -> None:
-        started.append(words)
-        raise KeyboardInterrupt
-
+    execvp = Mock(side_effect=KeyboardInterrupt)
     monkeypatch.setattr(os, "execvp", execvp)
     assert main(["run", *option, "tf2_ros", "tf2_echo", "a", "b"]) == 0
-    assert started[0][:3] == ["env", "A=1", "nice"]
-    assert started[0][-5:] == ["run", "tf2_ros", "tf2_echo", "a", "b"]
+    words = execvp.call_args.args[1]
+    assert words[:3] == ["env", "A=1", "nice"]
+    assert words[-5:] == ["run", "tf2_ros", "tf2_echo", "a", "b"]
     assert main(["run", "--prefix", "no_debugger -x", "tf2_ros", "tf2_echo"]) == 1
     assert capsys.readouterr().err == "--prefix: there is no program 'no_debugger'\n"
-
-
-def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[list[str]] = []
-    monkeypatch.setattr(forward, "arjuna", lambda command, rest: started.append([command, *rest]))
-    main(["doctor", "--report", "--json"])
-    assert started == [["doctor", "--json"]]
 
 
 @pytest.mark.parametrize(
     ("words", "expected", "unused"),
     [
-        ("nav2_bringup bringup_launch.py map:=m.yaml", "nav --map m.yaml", []),
-        (
-            "nav2_bringup bringup_launch.py map:=m.yaml params_file:=p.yaml use_sim_time:=false",
-            "robot --map m.yaml --params p.yaml",
-            [],
-        ),
-        ("nav2_bringup bringup_launch.py slam:=True map:=m.yaml", "nav --slam", []),
-        (
-            "slam_toolbox online_async_launch.py slam_params_file:=s.yaml autostart:=true",
-            "slam --params s.yaml",
-            [],
-        ),
         (
             "slam_toolbox online_async_launch.py autostart:=false use_lifecycle_manager:=true",
             "slam",
             ["no effect: autostart:=false (nodes start", "no effect: use_lifecycle_manager:=true"],
-        ),
-        (
-            "slam_toolbox online_sync_launch.py use_sim_time:=False",
-            "slam --param synchronous:=true --use-sim-time false",
-            [],
-        ),
-        ("slam_toolbox offline_launch.py", "slam --param synchronous:=true", []),
-        (
-            "slam_toolbox localization_launch.py slam_params_file:=s.yaml",
-            "slam --param mode:=localization --params s.yaml",
-            [],
-        ),
-        ("slam_toolbox lifelong_launch.py use_sim_time:=true", "slam --param mode:=lifelong", []),
-        (
-            "nav2_bringup slam_launch.py params_file:=p.yaml use_sim_time:=false",
-            "slam --param synchronous:=true --use-sim-time false --params p.yaml",
-            [],
         ),
         (
             "nav2_bringup localization_launch.py map:=m.yaml use_composition:=True",
@@ -289,19 +337,9 @@ def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -
             ["no effect: use_composition:=True (each group of nodes is one process)"],
         ),
         (
-            "nav2_bringup navigation_launch.py use_sim_time:=false params_file:=p.yaml",
-            "robot --without-localization --params p.yaml",
-            [],
-        ),
-        (
             "nav2_bringup navigation_launch.py map:=m.yaml mapp:=m.yaml --debug",
             "nav --without-localization",
             ["map:=m.yaml (unknown argument", "mapp:=m.yaml (unknown", "--debug (unknown option"],
-        ),
-        (
-            "nav2_bringup bringup_launch.py use_localization:=False namespace:=/a log_level:=warn",
-            "nav --without-localization --namespace /a --log-level warn",
-            [],
         ),
         (
             "nav2_bringup bringup_launch.py map:=m.yaml namespace:=a use_namespace:=false",
@@ -313,38 +351,15 @@ def test_the_doctor_takes_switches_of_ros2cli(monkeypatch: pytest.MonkeyPatch) -
             "nav --slam",
             ["mpa:=m.yaml (unknown argument; did you mean 'map'?)", "use_respawn:=False"],
         ),
-        (
-            "turtlebot4_navigation localization.launch.py map:=m.yaml params:=p.yaml",
-            "nav --without-navigation --map m.yaml --params p.yaml",
-            [],
-        ),
-        (
-            "turtlebot4_navigation nav2.launch.py use_sim_time:=true namespace:=a",
-            "nav --without-localization --namespace a",
-            [],
-        ),
-        (
-            "turtlebot4_navigation slam.launch.py sync:=false params:=p.yaml",
-            "slam --param synchronous:=true --params p.yaml --param synchronous:=false",
-            [],
-        ),
-        ("turtlebot4_viz view_robot.launch.py namespace:=a model:=lite", "view --namespace a", []),
-        (
-            "nav2_bringup rviz_launch.py namespace:=a rviz_config:=x.rviz",
-            "view --namespace a --config x.rviz",
-            [],
-        ),
     ],
 )
-def test_a_known_launch_file_becomes_a_command_of_arjuna(
+def test_what_a_launch_file_s_command_has_no_use_for_is_said(
     words: str,
     expected: str,
     unused: list[str],
-    monkeypatch: pytest.MonkeyPatch,
+    started: list[list[str]],
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    started: list[list[str]] = []
-    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
     main(["launch", *words.split()])
     assert started == [expected.split()]
     printed = capsys.readouterr().out
@@ -352,40 +367,6 @@ def test_a_known_launch_file_becomes_a_command_of_arjuna(
     assert all(word in printed for word in unused)
     assert printed.count("no effect") == len(unused)
     parse(started[0])
-
-
-@pytest.mark.parametrize(
-    ("words", "expected"),
-    [
-        ("gazebo_ros gazebo.launch.py world:=w.world", "run gazebo_ros gzserver w.world"),
-        ("gazebo_ros gazebo.launch.py verbose:=false gui:=false", "run gazebo_ros gzserver"),
-        (
-            "ros_gz_sim gz_sim.launch.py gz_args:=-r\\ empty.sdf gz_version:=8",
-            "run ros_gz_sim gzserver -r empty.sdf",
-        ),
-        ("turtlebot3_cartographer cartographer.launch.py", "slam"),
-        (
-            "nav2_collision_monitor collision_monitor_node.launch.py params_file:=p.yaml",
-            "run nav2_collision_monitor collision_monitor --ros-args --params-file p.yaml",
-        ),
-        (
-            "turtlebot3_gazebo turtlebot3_world.launch.py x_pose:=1 y_pose:=0.5",
-            f"sim --robot {_BURGER} --world {_PILLARS} --at 1 0.5",
-        ),
-        (
-            "turtlebot3_gazebo turtlebot3_world.launch.py",
-            f"sim --robot {_BURGER} --world {_PILLARS} --at -2 -0.5",
-        ),
-    ],
-)
-def test_gazebo_s_launch_files_start_the_simulator(
-    words: str, expected: str, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
-) -> None:
-    started: list[list[str]] = []
-    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
-    main(["launch", *shlex.split(words)])
-    assert started == [expected.split()]
-    assert "no effect" not in capsys.readouterr().out
 
 
 @pytest.mark.parametrize(
@@ -407,9 +388,7 @@ def test_known_launch_files_of_ros_1_are_commands(words: str, expected: list[str
     assert [" ".join(command) for command in found] == expected
 
 
-def test_a_parameter_file_names_the_map(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    started: list[list[str]] = []
-    monkeypatch.setattr(launch, "arjuna", lambda command, rest: started.append([command, *rest]))
+def test_a_parameter_file_names_the_map(tmp_path: Path, started: list[list[str]]) -> None:
     path = tmp_path / "nav2.yaml"
     path.write_text("map_server: {ros__parameters: {yaml_filename: a/room.yaml}}")
     main(["launch", "nav2_bringup", "localization_launch.py", f"params_file:={path}"])

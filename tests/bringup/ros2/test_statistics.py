@@ -24,24 +24,21 @@ def test_a_steady_rate_has_no_spread() -> None:
     )
 
 
-def test_the_window_forgets_the_oldest() -> None:
-    intervals = Intervals(window=2)
-    for now in (0.0, 5.0, 6.0, 8.0):
+@pytest.mark.parametrize(
+    ("window", "times", "values"),
+    [
+        (2, [0.0, 5.0, 6.0, 8.0], [1.0, 2.0]),  # the oldest is forgotten
+        (10, [7.0, 8.0, 1.0, 1.5], [0.5]),  # time set back starts again
+        (10, [1.0], []),  # one message has no rate
+    ],
+)
+def test_a_window_has_the_newest_intervals(
+    window: int, times: list[float], values: list[float]
+) -> None:
+    intervals = Intervals(window)
+    for now in times:
         intervals.add(now)
-    assert list(intervals.values) == [1.0, 2.0]
-
-
-def test_time_set_back_starts_again() -> None:
-    intervals = Intervals(window=10)
-    for now in (7.0, 8.0, 1.0, 1.5):
-        intervals.add(now)
-    assert list(intervals.values) == [0.5]
-
-
-def test_one_message_has_no_rate() -> None:
-    intervals = Intervals(window=10)
-    intervals.add(1.0)
-    assert not intervals.values
+    assert list(intervals.values) == values
 
 
 def test_deviation_is_that_of_the_whole_window() -> None:
@@ -82,16 +79,12 @@ class Interrupted:
 
 
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-def test_what_a_destructor_drops_is_raised_at_the_next_look() -> None:
+def test_what_a_destructor_drops_is_raised_at_the_next_look_and_not_before() -> None:
     watch_interrupts()
+    check_interrupts()
     Interrupted()
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         check_interrupts()
-
-
-def test_nothing_is_raised_before() -> None:
-    watch_interrupts()
-    check_interrupts()
 
 
 def test_a_signal_that_is_sent_twice_interrupts_once(monkeypatch: pytest.MonkeyPatch) -> None:

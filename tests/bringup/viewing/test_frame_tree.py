@@ -12,7 +12,6 @@ from bringup.viewing.frame_tree import (
     loops,
     roots,
     tree_text,
-    walk,
 )
 
 TREE = {
@@ -44,7 +43,8 @@ def test_stamps_of_the_system_s_clock_are_named_so_beside_simulated_time() -> No
 def test_two_trees_have_two_roots() -> None:
     frames = {**TREE, "tool": Frame("tool", ("arm",))}
     assert roots(frames) == ["arm", "map"]
-    assert [name for name, depth in walk(frames) if depth == 0] == ["arm", "map"]
+    lines = tree_text(frames).splitlines()
+    assert [line for line in lines if line[0] not in "│├└ "] == ["arm", "map"]
 
 
 def test_a_loop_is_named_and_ends() -> None:

@@ -65,7 +65,7 @@ class Bench:
 
         def done() -> bool:
             publish()
-            found.update(self.viewer.take())
+            found.update(self.viewer.feed.take())
             return key in found
 
         self.until(done)
@@ -123,7 +123,7 @@ def test_no_message_is_missed_where_each_changes_the_picture(bench: Bench) -> No
     numbers: list[int] = []
 
     def done() -> bool:
-        numbers.extend(message.id for _, message in bench.viewer.take() if message.id < 9)
+        numbers.extend(message.id for _, message in bench.viewer.feed.take() if message.id < 9)
         return len(numbers) == 5
 
     bench.until(done)

@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from rosidl_build import environment
@@ -15,6 +16,8 @@ from bringup.ros2.workspace.catkin import catkin_create_pkg
 from bringup.ros2.workspace.colcon import main as colcon
 
 pytestmark = pytest.mark.ros
+_SPEED = "<launch><arg name='speed'/></launch>"
+_SAY = "#!/bin/sh\necho said\n"
 _INTERFACES = 'rosidl_generate_interfaces(${PROJECT_NAME}\n  "msg/Num.msg")\n'
 MANIFEST = """<package format="3"><name>{0}</name>{1}
 <export><build_type>{2}</build_type></export></package>"""
@@ -27,6 +30,15 @@ def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     return tmp_path / "src"
+
+
+def _write(folder: Path, files: dict[str, str]) -> None:
+    """Write files below a folder, those that begin with `#!` as programs."""
+    for name, text in files.items():
+        path = folder / name
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text)
+        path.chmod(0o755 if text.startswith("#!") else 0o644)
 
 
 def _create(source: Path, name: str, *words: str) -> Path:
@@ -45,11 +57,9 @@ def _sourced(command: str, shell: str = "bash") -> str:
 
 
 def _manifest(source: Path, name: str, kind: str = "ament_python", depends: str = "") -> Path:
-    folder = source / name
-    folder.mkdir()
     needs = "".join(f"<depend>{one}</depend>" for one in depends.split())
-    (folder / "package.xml").write_text(MANIFEST.format(name, needs, kind))
-    return folder
+    _write(source, {f"{name}/package.xml": MANIFEST.format(name, needs, kind)})
+    return source / name
 
 
 def test_packages_are_created_and_run(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -67,14 +77,13 @@ def test_packages_are_created_and_run(source: Path, capsys: pytest.CaptureFixtur
 @pytest.mark.parametrize("linked", [True, False])
 def test_only_a_linked_package_follows_its_source(source: Path, linked: bool) -> None:
     folder = _create(source, "my_robot", "--node-name", "hello")
-    (folder / "launch").mkdir()
-    (folder / "launch" / "a.launch.xml").write_text("<launch/>")
     setup = (folder / "setup.py").read_text()
     data = "('share/my_robot/launch', ['launch/a.launch.xml']),\n        ('share/' + package_name,"
-    (folder / "setup.py").write_text(setup.replace("('share/' + package_name,", data))
+    setup = setup.replace("('share/' + package_name,", data)
+    _write(folder, {"launch/a.launch.xml": "<launch/>", "setup.py": setup})
     assert colcon(["build", *(["--symlink-install"] if linked else [])]) == 0
-    (folder / "my_robot" / "hello.py").write_text("def main():\n    print('new')\n")
-    (folder / "launch" / "a.launch.xml").write_text("<launch>\n</launch>")
+    hello, launch = "def main():\n    print('new')\n", "<launch>\n</launch>"
+    _write(folder, {"my_robot/hello.py": hello, "launch/a.launch.xml": launch})
     assert _sourced("ros2 run my_robot hello") == ("new\n" if linked else "Hi from my_robot.\n")
     installed = source.parent / "install/my_robot/share/my_robot/launch/a.launch.xml"
     assert installed.read_text() == ("<launch>\n</launch>" if linked else "<launch/>")
@@ -82,12 +91,11 @@ def test_only_a_linked_package_follows_its_source(source: Path, linked: bool) ->
 
 def test_a_package_of_launch_files_is_created(source: Path) -> None:
     folder = _create(source, "my_bot", "--build-type", "ament_cmake", "--dependencies", "xacro")
-    (folder / "launch").mkdir()
-    (folder / "launch" / "a.launch.xml").write_text("<launch><arg name='speed'/></launch>")
     text = (folder / "CMakeLists.txt").read_text()
     assert "find_package(xacro REQUIRED)\n" in text
     line = "install(DIRECTORY launch DESTINATION share/${PROJECT_NAME})\nament_package()"
-    (folder / "CMakeLists.txt").write_text(text.replace("ament_package()", line))
+    text = text.replace("ament_package()", line)
+    _write(folder, {"launch/a.launch.xml": _SPEED, "CMakeLists.txt": text})
     assert colcon(["build"]) == 0
     assert "'speed':" in _sourced("ros2 launch my_bot a.launch.xml --show-args")
     assert _sourced("ros2 pkg xml my_bot -t depend") == "xacro\n"
@@ -126,18 +134,16 @@ def test_a_package_of_data_is_built_from_its_cmake_file(
     built: list[Path] = []
     monkeypatch.setattr(environment, "build", built.append)
     folder = _manifest(source, "my_description", "ament_cmake")
-    (folder / "urdf").mkdir()
-    (folder / "urdf" / "robot.urdf").write_text("<robot/>")
-    (folder / "launch").mkdir()
-    (folder / "launch" / "a.launch.xml").write_text("<launch><arg name='speed'/></launch>")
-    (folder / "scripts").mkdir()
-    (folder / "scripts" / "say").write_text("#!/bin/sh\necho said\n")
-    (folder / "CMakeLists.txt").write_text(
+    cmake = (
         "project(my_description)\nfind_package(ament_cmake REQUIRED)  # as ever\n"
         f"{interfaces}"
         "install(DIRECTORY urdf launch\n  DESTINATION share/${PROJECT_NAME}/)\n"
         "install(PROGRAMS scripts/say DESTINATION lib/${PROJECT_NAME})\nament_package()\n"
     )
+    files = {"urdf/robot.urdf": "<robot/>", "launch/a.launch.xml": _SPEED}
+    _write(folder, {**files, "CMakeLists.txt": cmake})
+    (folder / "scripts").mkdir()
+    (folder / "scripts" / "say").write_text(_SAY)  # no program yet
     assert colcon(["build", *(["--symlink-install"] if linked else [])]) == 0
     share = Path(_sourced("ros2 pkg prefix --share my_description").strip())
     assert "'speed':" in _sourced("ros2 launch my_description a.launch.xml --show-args")
@@ -152,10 +158,7 @@ def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPa
     with pytest.raises(SystemExit, match="0"):
         catkin_create_pkg()
     monkeypatch.chdir(source.parent)
-    (source / "udacity_bot" / "launch").mkdir()
-    (source / "udacity_bot" / "launch" / "world.launch").write_text("<launch/>")
-    (source / "udacity_bot" / "say.sh").write_text("#!/bin/sh\necho said\n")
-    (source / "udacity_bot" / "say.sh").chmod(0o755)
+    _write(source / "udacity_bot", {"launch/world.launch": "<launch/>", "say.sh": _SAY})
     assert colcon(["build", "--base-paths", "src"]) == 0
     printed = _sourced("cat $(ros2 pkg prefix --share udacity_bot)/launch/world.launch")
     assert printed == "<launch/>"
@@ -167,7 +170,7 @@ def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPa
 
 def test_broken_packages_are_named_alone(source: Path, capsys: pytest.CaptureFixture[str]) -> None:
     compiled = _manifest(source, "compiled", "ament_cmake")
-    (compiled / "say").write_text("#!/bin/sh\necho said\n")
+    (compiled / "say").write_text(_SAY)  # no program yet
     (compiled / "CMakeLists.txt").write_text(
         "add_executable(node src/node.cpp)\ninstall(FILES no.xml DESTINATION share/compiled)\n"
         "install(PROGRAMS say DESTINATION lib/${PROJECT_NAME})\n"
@@ -230,10 +233,7 @@ def test_a_mistake_is_named_with_its_remedy(
 def test_a_script_of_ros_1_is_named(
     source: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    program = source / "lib" / "first_pkg" / "old.py"
-    program.parent.mkdir(parents=True)
-    program.write_text("#!/usr/bin/env python3\nimport rospy\n")
-    program.chmod(0o755)
+    _write(source, {"lib/first_pkg/old.py": "#!/usr/bin/env python3\nimport rospy\n"})
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(source))
     assert ros2(["run", "first_pkg", "old.py"]) == 1
     assert "is of ROS 1 (it imports rospy); docs/coming-from-ros1.md" in capsys.readouterr().err
@@ -241,19 +241,12 @@ def test_a_script_of_ros_1_is_named(
 
 def test_a_packages_own_executable_is_first(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     program = source / "lib" / "tf2_ros" / "tf2_echo"
-    program.parent.mkdir(parents=True)
-    program.write_text("#!/bin/sh\n")
-    program.chmod(0o755)
+    _write(source, {"lib/tf2_ros/tf2_echo": "#!/bin/sh\n"})
     monkeypatch.setenv("AMENT_PREFIX_PATH", str(source))
-    become: list[list[str]] = []
-
-    def execv(path: Path, words: list[str]) -> None:
-        become.append(words)
-        raise KeyboardInterrupt
-
+    execv = Mock(side_effect=KeyboardInterrupt)
     monkeypatch.setattr(os, "execv", execv)
     assert ros2(["run", "tf2_ros", "tf2_echo", "a"]) == 0
-    assert become == [[str(program), "a"]]
+    assert execv.call_args.args[1] == [str(program), "a"]
 
 
 def test_the_build_runs_as_a_program(source: Path) -> None:
@@ -300,9 +293,7 @@ def test_tests_are_run_and_their_results_listed(
     }
     for name, kind in (("own", "ament_python"), ("tested", "ament_cmake")):
         _manifest(source, name, kind)
-    for name, text in files.items():
-        (source / name).parent.mkdir(parents=True, exist_ok=True)
-        (source / name).write_text(text)
+    _write(source, files)
     assert colcon(["build"]) == 0
     assert colcon(["test", "--event-handlers", "console_direct+"]) == 0
     said = capfd.readouterr().out

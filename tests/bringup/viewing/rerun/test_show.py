@@ -47,7 +47,7 @@ def values(found: list[dict[str, Any]], component: str) -> list[Any]:
 @pytest.fixture(scope="module")
 def saved(tmp_path_factory: pytest.TempPathFactory) -> dict[str, list[dict[str, Any]]]:
     folder = tmp_path_factory.mktemp("shown")
-    replay(drive(folder / "bag"), folder / "x.rrd", False, lambda uri: None, lambda line: None)
+    replay(drive(folder / "bag"), folder / "x.rrd", False, lambda line: None)
     return rows(folder / "x.rrd")
 
 
@@ -106,7 +106,7 @@ def test_what_is_damaged_is_noted_and_passed_over(tmp_path: Path) -> None:
     recording.say(0.2, "/map", wrong)
     recording.say(0.3, "/scan", scan(0.0))
     said: list[str] = []
-    replay(recording.close(), tmp_path / "x.rrd", False, lambda uri: None, said.append)
+    replay(recording.close(), tmp_path / "x.rrd", False, said.append)
     assert any("/map: 620 cells for a grid of 7 x 20" in line for line in said)
     assert any("note: /scan: sensor_msgs/msg/LaserScan: Could" in line for line in said)
     assert len(values(rows(tmp_path / "x.rrd")["/scan"], "Points3D:positions")) == 1
@@ -122,7 +122,7 @@ def test_markers_are_the_points_of_all_of_them(tmp_path: Path) -> None:
     recording.say(0.0, "/graph", make(kind, markers=markers))
     recording.say(1.0, "/none", make(kind, markers=[]))
     said: list[str] = []
-    replay(recording.close(), tmp_path / "x.rrd", False, lambda uri: None, said.append)
+    replay(recording.close(), tmp_path / "x.rrd", False, said.append)
     (points,) = values(rows(tmp_path / "x.rrd")["/graph"], "Points3D:positions")
     assert [point[1] for point in points] == [2, 4, 6]
     assert "note: /none: it has no marker" in said
@@ -131,9 +131,7 @@ def test_markers_are_the_points_of_all_of_them(tmp_path: Path) -> None:
 def test_no_file_is_overwritten(tmp_path: Path) -> None:
     (tmp_path / "x.rrd").write_text("mine")
     with pytest.raises(OutputError, match="exists already and is not overwritten"):
-        replay(
-            drive(tmp_path / "bag"), tmp_path / "x.rrd", False, lambda uri: None, lambda line: None
-        )
+        replay(drive(tmp_path / "bag"), tmp_path / "x.rrd", False, lambda line: None)
     assert (tmp_path / "x.rrd").read_text() == "mine"
 
 
@@ -143,7 +141,7 @@ def test_without_a_display_the_alternatives_are_named(
     for name in ("DISPLAY", "WAYLAND_DISPLAY"):
         monkeypatch.delenv(name, raising=False)
     with pytest.raises(OutputError, match=r"valid: --web for a browser, --save FILE\.rrd"):
-        replay(drive(tmp_path / "bag"), None, False, lambda uri: None, lambda line: None)
+        replay(drive(tmp_path / "bag"), None, False, lambda line: None)
 
 
 def test_the_page_and_its_data_are_served_on_loopback_alone() -> None:
@@ -167,4 +165,4 @@ def test_a_recording_with_nothing_to_show_is_refused(tmp_path: Path) -> None:
     recording.say(0.0, "/number", make("std_msgs/msg/Int32", data=7))
     bag = recording.close()
     with pytest.raises(InputFileError, match="nothing that can be shown; its topics: /number"):
-        replay(bag, tmp_path / "x.rrd", False, lambda uri: None, lambda line: None)
+        replay(bag, tmp_path / "x.rrd", False, lambda line: None)

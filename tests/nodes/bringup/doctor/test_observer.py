@@ -45,9 +45,9 @@ def test_a_robot_that_is_well_has_no_findings_and_what_breaks_is_named(
     robot = _robot(stack)
     watcher = Watcher(robot)
     watcher.rows(0.5)
-    sim = {row.node: row for row in watcher.rows(2.0)}["/sim"]
-    assert (sim.state, sim.topic) == ("active", "/scan")
-    assert sim.rate == pytest.approx(10.0, abs=1.0)
+    _, state, _, _, topic, rate, _ = {row[0]: row for row in watcher.rows(2.0)}["/sim"]
+    assert (state, topic) == ("active", "/scan")
+    assert float(rate.removesuffix(" Hz")) == pytest.approx(10.0, abs=1.0)
     snapshot = Observer(robot).snapshot(2.0)
     whole = diagnose(snapshot)
     assert {name for name, each in whole.items() if each} <= _MACHINE, whole

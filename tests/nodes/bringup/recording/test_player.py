@@ -44,11 +44,10 @@ def play(bench: RosBench, bag: Bag, **options: Any) -> None:
     node = bench.process.make_node("player", spun=False)
     player = Player(node, bag.topics.values(), PlayOptions(**options))
     bench.process.drain()
-    with closing(player):
-        for message in bag.messages():
-            player.publish(message)
-            player.publish_clock(message.time)
-            bench.process.drain()
+    for message in bag.messages():
+        player.publish(message)
+        player.publish_clock(message.time)
+        bench.process.drain()
 
 
 def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBench) -> None:
@@ -63,7 +62,6 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
             for message in bag.messages():
                 player.publish(message)
             recorder.poll()
-            player.close()
     again = Bag(tmp_path / "second")
 
     def content(bag: Bag) -> list[tuple[str, bytes]]:
@@ -77,10 +75,10 @@ def test_the_same_bytes_arrive_that_were_recorded(tmp_path: Path, bench: RosBenc
 def test_static_transforms_without_a_recorded_profile_reach_tf2(bench: RosBench) -> None:
     name, kind = "/robot1/tf_static", "tf2_msgs/msg/TFMessage"
     topic = TopicInfo(name, kind)
-    with closing(Player(bench.process.make_node("player", spun=False), [topic])) as player:
-        player.publish(BagMessage(topic, 0, bytes([0, 1, 0, 0, 0, 0, 0, 0])))
-        bench.process.drain()
-        assert bench.latched(TFMessage, name)
+    player = Player(bench.process.make_node("player", spun=False), [topic])
+    player.publish(BagMessage(topic, 0, bytes([0, 1, 0, 0, 0, 0, 0, 0])))
+    bench.process.drain()
+    assert bench.latched(TFMessage, name)
 
 
 def test_topics_take_new_names_and_the_clock_runs(tmp_path: Path, bench: RosBench) -> None:
@@ -103,10 +101,9 @@ def test_what_cannot_be_played_is_noted_and_left_out(bench: RosBench) -> None:
     foreign = TopicInfo("/c", "std_msgs/msg/String", encoding="json")
     node = bench.process.make_node("player", spun=False)
     player = Player(node, [unknown, text, foreign], note=notes.append)
-    with closing(player):
-        for topic in (unknown, text, foreign):
-            player.publish(BagMessage(topic, 0, b"\0\1\0\0\1\0\0\0\0"))
-        assert player.published == 1
+    for topic in (unknown, text, foreign):
+        player.publish(BagMessage(topic, 0, b"\0\1\0\0\1\0\0\0\0"))
+    assert player.published == 1
     assert notes == [
         "/a is left out: its type nowhere_msgs/msg/Thing is not installed",
         "/c is left out: it is encoded as 'json', not as cdr",
@@ -122,9 +119,8 @@ def test_listeners_are_waited_for_where_they_acknowledge(bench: RosBench) -> Non
     ]
     bench.collect(String, "/sure")
     player = Player(bench.process.make_node("player", spun=False), topics, note=notes.append)
-    with closing(player):
-        player.publish(BagMessage(topics[0], 0, b"\0\1\0\0\1\0\0\0\0"))
-        player.wait_for_acknowledgement(5.0)
+    player.publish(BagMessage(topics[0], 0, b"\0\1\0\0\1\0\0\0\0"))
+    player.wait_for_acknowledgement(5.0)
     assert notes == ["/loose is best effort: nobody acknowledges its messages"]
 
 

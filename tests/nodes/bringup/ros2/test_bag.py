@@ -116,7 +116,7 @@ class Run:
         self.folder = folder
         self.node = self.bench.process.make_node(given.node_name, spun=False)
         self.recorder = Recorder(self.node, self.bag, options=self.options)
-        self.controls = recording.control(self.recorder, self.node, self.bag)
+        self.controls = recording.control(self.recorder, self.node, self.bag, self.options)
         self.recorder.discover()
 
     def publish(self, *values: int) -> None:
