@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable
-from typing import Any, Literal
+from typing import Any, Literal, Protocol
 
 from rclpy.clock import ClockType, ROSClock
 from rclpy.context import Context
@@ -25,7 +25,6 @@ from arjuna_core.ros.local.transport import LocalExecutor, Registry
 from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.reports import Diagnostics
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
-from arjuna_core.timing import NANOSECONDS
 
 _POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
 _ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
@@ -36,6 +35,30 @@ Transport = Literal["local", "dds"]
 
 class MissingNodeError(ArjunaError):
     """A node that must live in the same process does not."""
+
+
+class ClockedNode(Protocol):
+    """The interface that a process needs of its nodes."""
+
+    due_at: float
+
+    def get_fully_qualified_name(self) -> str:
+        """Return the node's name with its namespace."""
+
+    def get_clock(self) -> Any:
+        """Return the node's rclpy clock."""
+
+    def on_time_jump(self) -> None:
+        """React to a clock that was set back."""
+
+    def run_due(self, now: float) -> None:
+        """Run what is due at a time [s]; what is raised there ends there."""
+
+    def trouble(self) -> str:
+        """Return what keeps the node from its work now."""
+
+    def destroy_node(self) -> None:
+        """Leave the graph."""
 
 
 class Process:
@@ -97,7 +120,7 @@ class Process:
             self.executor = EventsExecutor(context=self.context)
         if self.transport is not None:
             self._run_all = self.guard.guarded(self.node, "executor", self.executor.run_all)
-        self.nodes: list[Any] = []
+        self.nodes: list[ClockedNode] = []
         self.clock = ROSClock()
         self.clock._set_ros_time_is_active(use_sim_time)
         self._clocks: list[Any] = [self.clock.handle]
@@ -130,8 +153,8 @@ class Process:
             )
         describe_sim_time(self.node)
 
-    def add(self, node: Any) -> None:
-        """Take a managed node into the executor and under the clock."""
+    def add(self, node: ClockedNode) -> None:
+        """Take a node into the executor and under the clock."""
         self.nodes.append(node)
         if self.transport is None:
             self._clocks.append(node.get_clock().handle)
@@ -158,9 +181,9 @@ class Process:
             raise MissingNodeError(f"no node '{name}' in this process; {nearest(name, found)}")
         return found[name]
 
-    def plain_name(self, node: Any) -> str:
+    def plain_name(self, node: ClockedNode) -> str:
         """Return a node's name below the robot's namespace."""
-        return str(node.get_fully_qualified_name()).removeprefix(self.absolute("/"))
+        return node.get_fully_qualified_name().removeprefix(self.absolute("/"))
 
     def absolute(self, name: str) -> str:
         """Return an absolute name below the robot's namespace; one that is there already as it is.
@@ -186,8 +209,7 @@ class Process:
         if problem is not None:
             self.guard.refused(self.node, "clock", problem)
             return
-        stamp = message.clock
-        self._advance(seconds(stamp), stamp.sec * NANOSECONDS + stamp.nanosec)
+        self._advance(seconds(message.clock), _nanoseconds(message.clock))
 
     def _on_system_time(self) -> None:
         self._advance(self.clock.now().nanoseconds / 1e9, None)
@@ -297,3 +319,7 @@ class Process:
         self.executor.shutdown()
         if self.context.ok():
             self.context.shutdown()
+
+
+def _nanoseconds(stamp: Any) -> int:
+    return int(stamp.sec) * 1_000_000_000 + int(stamp.nanosec)
