@@ -111,6 +111,7 @@ class Display:
         topic: The topic that they usually come on.
         latched: Whether they are published once, for whoever comes later.
         raw: Whether it takes them serialized.
+        every: Whether no message may be missed.
         property: Where RViz writes its topic.
         anywhere: Whether another topic of its types will do while its own is silent.
     """
@@ -119,6 +120,7 @@ class Display:
     topic: ClassVar[str] = ""
     latched: ClassVar[bool] = False
     raw: ClassVar[bool] = False
+    every: ClassVar[bool] = False
     property: ClassVar[str] = "Topic"
     anywhere: bool = False
     Config: ClassVar[type[Any]] = NoSettings
@@ -129,7 +131,7 @@ class Display:
 
     def wanted(self) -> tuple[Wanted, ...]:
         """Return the topics to listen to."""
-        return (Wanted(self.name, self.types),) if self.types else ()
+        return (Wanted(self.name, self.types, self.every),) if self.types else ()
 
     def take(self, message: Any) -> Parts | None:
         """Return what to draw in place of what was, or None to leave it.

@@ -53,7 +53,7 @@ class MarkerArray(Display):
     """Arrays of markers."""
 
     types = ("visualization_msgs/msg/MarkerArray",)
-    topic = "visualization_marker_array"
+    topic, every = "visualization_marker_array", True
 
     @dataclass(frozen=True)
     class Config:
@@ -63,9 +63,6 @@ class MarkerArray(Display):
         super().__init__(config, topic)
         self._kept: dict[tuple[str, int], _Kept] = {}
         self._changed = False
-
-    def wanted(self) -> tuple[Wanted, ...]:
-        return (Wanted(self.name, self.types, every=True),)
 
     def take(self, message: Any) -> None:
         hidden = self.config.namespaces.split(";") if self.config.namespaces else ()

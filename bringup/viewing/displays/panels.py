@@ -81,8 +81,7 @@ class BehaviorTree(Display):
     """The nodes of the navigator's tree with their state, the last changed first."""
 
     types = ("nav2_msgs/msg/BehaviorTreeLog",)
-    topic = "behavior_tree_log"
-    every = True
+    topic, every = "behavior_tree_log", True
     _MARKS: ClassVar[dict[str, str]] = {"RUNNING": "▶", "SUCCESS": "✔", "FAILURE": "✖", "IDLE": "·"}
 
     def __init__(self, config: Any, topic: str) -> None:

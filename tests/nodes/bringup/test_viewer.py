@@ -112,7 +112,7 @@ def test_each_topic_is_drawn_by_its_display(shown: Shown, monkeypatch: pytest.Mo
     nodes = {f"/world/{name}" for name in expected}
 
     panel, names = shown.viewer._panel, list[str]()
-    monkeypatch.setattr(panel, "name", names.append)
+    monkeypatch.setattr(shown.viewer._server.gui, "set_panel_label", names.append)
 
     def drawn() -> bool:
         visible = {name for name, handle in shown.handles.items() if handle.visible}

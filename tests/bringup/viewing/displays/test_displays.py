@@ -180,6 +180,10 @@ def test_every_display_has_its_types_and_every_standard_one_is_made() -> None:
     without = {name for name, types in kinds.items() if not types}
     assert without == {"TF", "People", "DistanceToGoal"}
     assert kinds_of("nav_msgs/msg/Odometry") == ("Odometry", "Speed")
+    wanted = {name: DisplaySpec(name, "").make().wanted() for name in DISPLAYS.types}
+    missing_none = {name for name, topics in wanted.items() if any(each.every for each in topics)}
+    markers = {"Marker", "MarkerArray", "InteractiveMarkers"}
+    assert missing_none == {"Map", "BehaviorTree", *markers}
     assert all(spec.make().name or not spec.make().types for spec in STANDARD)
 
 
