@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,6 +28,7 @@ METHODS = {"open", "read_text", "read_bytes"}
 """Those of a path."""
 NAMES = {"open", "AnyReader", "JournalFileBackend"}
 """Names that open files without a module before them."""
+ANY = re.compile(rf"\b({'|'.join(OPENERS | METHODS | NAMES)})\b")
 KNOWN = {
     # A file object or bytes that the door gave.
     "arjuna_core/files/map_image.py: Image.open": "of an open file",
@@ -80,6 +82,8 @@ KNOWN = {
 
 def openers(source: str) -> Iterator[str]:
     """Yield what in a source opens files for reading."""
+    if not ANY.search(source):
+        return
     tree = ast.parse(source)
     calls = {call.func: call for call in ast.walk(tree) if isinstance(call, ast.Call)}
     for node in ast.walk(tree):

@@ -137,7 +137,7 @@ def test_the_nearest_return_is_looked_for_in_a_sector_of_the_base() -> None:
     assert scan.nearest(0.0, 0.1) == math.inf
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_a_line_is_connected_ends_at_its_target_and_stays_within_half_a_cell(seed: int) -> None:
     rng = np.random.default_rng(seed)
     (r0, c0), (r1, c1) = rng.integers(0, 40, (2, 2)).tolist()

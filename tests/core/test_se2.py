@@ -14,7 +14,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import IDENTITY, SE2, wrap, yaw_of
 from arjuna_core.twist import STILL, RecentVelocities, Velocity
 
-SEEDS = range(20)
+SEEDS = range(6)
 
 
 def samples(seed: int, count: int) -> Iterator[SE2]:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from bringup.lockstep import LockStep
 from bringup.parameters.checking import over_shipped
 from bringup.parameters.files import merged
 from bringup.stack import SLAM_GROUP
+from tests.helpers.robots import Stack
 
 pytestmark = pytest.mark.ros
 FILES = sorted((Path(__file__).parent / "slam_toolbox").glob("*.yaml"), key=str)
@@ -36,9 +36,7 @@ def home(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return tmp_path
 
 
-def mapping(
-    stack: Callable[..., LockStep], path: Path, **values: Any
-) -> tuple[LockStep, list[OccupancyGrid]]:
+def mapping(stack: Stack, path: Path, **values: Any) -> tuple[LockStep, list[OccupancyGrid]]:
     """Return the robot with a file's mapper, once its first map has come, and its maps."""
     parameters = merged(over_shipped([path]), {"slam_toolbox": values})
     robot = stack(SLAM_GROUP, parameters=parameters)
@@ -67,7 +65,7 @@ def error(robot: LockStep, origin: SE2) -> float:
 
 
 @pytest.mark.parametrize("path", FILES, ids=lambda path: path.stem)
-def test_a_stock_file_maps_and_localizes(stack: Callable[..., LockStep], path: Path) -> None:
+def test_a_stock_file_maps_and_localizes(stack: Stack, path: Path) -> None:
     robot, maps = mapping(stack, path)
     origin = robot.sim.last.truth.pose
     drive(robot, 0.3, 0.4, 18.0)
@@ -77,7 +75,7 @@ def test_a_stock_file_maps_and_localizes(stack: Callable[..., LockStep], path: P
     assert error(robot, origin) < 0.03
 
 
-def test_a_stock_file_localizes_on_a_graph(stack: Callable[..., LockStep], home: Path) -> None:
+def test_a_stock_file_localizes_on_a_graph(stack: Stack, home: Path) -> None:
     robot, _ = mapping(stack, ASYNC)
     origin = robot.sim.last.truth.pose
     drive(robot, 0.3, 0.4, 16.0)

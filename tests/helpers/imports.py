@@ -42,8 +42,9 @@ def imports(root: Path, *packages: str) -> Iterator[Import]:
     """Every import of the packages: at the top, inside functions, and by `import_module`."""
     for package in packages:
         for file in sorted((root / package).rglob("*.py")):
-            path = file.relative_to(root).as_posix()
-            nodes = list(ast.walk(ast.parse(file.read_text(encoding="utf-8"))))
+            path, text = file.relative_to(root).as_posix(), file.read_text(encoding="utf-8")
+            tree, loads = ast.parse(text), any(name in text for name in _LOADERS)
+            nodes = list(ast.walk(tree) if loads else _statements(tree))
             guards = [
                 n for n in nodes if isinstance(n, ast.If) and _name(n.test) == "TYPE_CHECKING"
             ]
@@ -52,6 +53,14 @@ def imports(root: Path, *packages: str) -> Iterator[Import]:
                 location = f"{path}:{getattr(node, 'lineno', 0)}"
                 for module, names in _modules(node):
                     yield Import(location, path, module, names, id(node) in typing)
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Yield what may hold an import, which an expression cannot."""
+    yield node
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, ast.expr):
+            yield from _statements(child)
 
 
 def _modules(node: ast.AST) -> list[tuple[str, tuple[str, ...]]]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from nav2_msgs.action import NavigateToPose
@@ -12,10 +13,10 @@ from arjuna_core.ros.local.actions import action_client
 from arjuna_core.se2 import SE2
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from bringup.lockstep import LockStep
 
+Stack = Callable[..., "LockStep"]
+"""The fixture `stack`."""
 REACHED = 0.25  # nav2's xy_goal_tolerance [m]
 ROOM = {"map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}}
 ON_MAP: dict[str, dict[str, Any]] = {**ROOM, "amcl": {"set_initial_pose": True}}

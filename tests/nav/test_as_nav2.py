@@ -257,7 +257,7 @@ def script() -> Script:
     return Script((GOAL,), made.default_nav_to_pose_bt_xml, made)
 
 
-def test_the_recoveries_are_nav2s_in_their_order() -> None:
+def test_the_recoveries_are_nav2s_in_their_order_and_end_after_six() -> None:
     # RoundRobin: ClearingActions, Spin, Wait, BackUp; 6 retries of the RecoveryNode
     navigation, order = script(), []
     done = navigation.tick()
@@ -271,16 +271,9 @@ def test_the_recoveries_are_nav2s_in_their_order() -> None:
     for recovery in recoveries:
         expected += [*recovery, "clear_global"]
     assert order == expected
-
-
-def test_an_error_ends_it_after_six_recoveries() -> None:
-    navigation, done = script(), ["plan"]
-    navigation.tick()
-    while navigation.end is None:
-        answers = {name: failed() if name == "plan" else True for name in done}
-        done = navigation.tick(**answers)  # type: ignore[arg-type]
     # 7 clearings beside the planner, 2 + 1 + 1 + 1 + 2 + 1 by the round: each counts
     assert navigation.recoveries == 15
+    assert navigation.end is not None
     assert navigation.end.error_code == PlanStatus.NO_VALID_PATH
 
 
@@ -318,11 +311,6 @@ MONITOR: dict[str, tuple[dict[str, Any], float, int, Velocity, Velocity]] = {
     "stop": ({"action_type": "stop", "points": SQUARE}, 0.4, 4, Velocity(0.8), STILL),
     # 3 points are fewer than min_points 4
     "no stop": ({"action_type": "stop", "points": SQUARE}, 0.4, 3, Velocity(0.8), Velocity(0.8)),
-    "slowdown": ({"action_type": "slowdown", "points": SQUARE, "slowdown_ratio": 0.3}, 0.4, 4,
-                 Velocity(0.8, yaw_rate=1.0), Velocity(0.24, yaw_rate=0.3)),
-    # min(0.4 / 0.8, 0.5 / 2.0) of both
-    "limit": ({"action_type": "limit", "points": SQUARE, "linear_limit": 0.4}, 0.4, 4,
-              Velocity(0.8, yaw_rate=2.0), Velocity(0.2, yaw_rate=0.5)),
     # 0.95 - 0.1 k < 0.5 first at k = 5, whose time is 0.4: 0.4 / 2.0
     "approach": (AHEAD, 0.95, 4, Velocity(1.0), Velocity(0.2)),
     # within the circle already: 0, and no way out

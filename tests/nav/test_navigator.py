@@ -70,23 +70,25 @@ def test_plans_by_the_rate_of_its_configuration() -> None:
     assert script.tick(0.01) == ["check", "plan"]
 
 
-def test_a_nearly_equal_path_is_taken(script: Script) -> None:
-    near = STRAIGHT + np.array([0.0, 0.1, 0.0])
-    assert script.follow().replan(near)
-    assert script.followed is near
+NEAR = STRAIGHT + np.array([0.0, 0.1, 0.0])
+MIRRORED = DETOUR * np.array([1.0, -1.0, -1.0])
 
 
-def test_stays_on_a_free_path_that_another_does_not_clearly_beat(script: Script) -> None:
-    script.follow(DETOUR)
-    other = DETOUR * np.array([1.0, -1.0, -1.0])
-    assert not script.replan(other)
-    assert script.followed is DETOUR
-    assert not script.replan(other)
-
-
-def test_leaves_a_path_that_is_blocked(script: Script) -> None:
-    assert script.follow().replan(DETOUR, free=False)
-    assert script.followed is DETOUR
+@pytest.mark.parametrize(
+    ("followed", "path", "given", "taken"),
+    [
+        (STRAIGHT, NEAR, {}, True),
+        (STRAIGHT, DETOUR, {"free": False}, True),
+        (STRAIGHT, DETOUR, {"pose": SE2(1.0, 0.8, 0.0)}, True),  # it is not on its path any more
+        (DETOUR, STRAIGHT, {}, True),  # it is clearly shorter
+        (DETOUR, MIRRORED, {}, False),
+    ],
+)
+def test_a_free_path_is_kept_unless_another_clearly_beats_it(
+    script: Script, followed: Any, path: Any, given: dict[str, Any], taken: bool
+) -> None:
+    assert script.follow(followed).replan(path, **given) is taken
+    assert script.followed is (path if taken else followed)
 
 
 def test_a_new_path_waits_until_the_old_one_is_checked(script: Script) -> None:
@@ -111,20 +113,10 @@ def test_a_path_that_comes_with_trouble_is_followed_once_cleared(script: Script)
     assert script.followed is DETOUR
 
 
-def test_leaves_a_free_path_for_a_clearly_shorter_one(script: Script) -> None:
-    assert script.follow(DETOUR).replan(STRAIGHT)
-    assert script.followed is STRAIGHT
-
-
-def test_leaves_a_free_path_that_it_is_not_on_any_more(script: Script) -> None:
-    assert script.follow().replan(DETOUR, pose=SE2(1.0, 0.8, 0.0))
-
-
 def test_keeps_a_path_as_its_configuration_says() -> None:
-    near = STRAIGHT + np.array([0.0, 0.1, 0.0])
-    assert not Script(config=NavigatorConfig(same_way_deviation=0.05)).follow().replan(near)
+    assert not Script(config=NavigatorConfig(same_way_deviation=0.05)).follow().replan(NEAR)
     ready = NavigatorConfig(same_way_deviation=0.05, shorter_ratio=1.0)
-    assert Script(config=ready).follow(near).replan(near[2:])
+    assert Script(config=ready).follow(NEAR).replan(NEAR[2:])
 
 
 def test_clears_the_local_costmap_and_follows_once_more(script: Script) -> None:
@@ -187,24 +179,16 @@ def test_the_tree_takes_its_numbers_from_the_configuration(script: Script) -> No
         assert script.entry(field.name) == getattr(NavigatorConfig(), field.name)
 
 
-def test_a_failing_recovery_is_followed_by_the_next(script: Script) -> None:
+def test_a_failing_recovery_is_followed_by_the_next_and_comes_round_to_clearing(
+    script: Script,
+) -> None:
     script.tick()
     script.fail_to_plan()
     script.tick(clear_local=True)
     script.tick(clear_global=True)
     assert script.fail_to_plan() == ["Spin"]
     assert script.tick(Spin=BLOCKED) == ["Wait"]
-    assert script.tick(Wait=True) == ["plan"]
     assert script.recoveries == 2
-
-
-def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> None:
-    script.tick()
-    script.fail_to_plan()
-    script.tick(clear_local=True)
-    script.tick(clear_global=True)
-    script.fail_to_plan()
-    script.tick(Spin=BLOCKED)
     script.tick(Wait=Answer(False, 740, "no"))
     assert script.tick(BackUp=Answer(False, 714, "no")) == ["clear_local"]
     script.tick(clear_local=True)
@@ -218,17 +202,18 @@ def test_where_every_motion_fails_it_comes_round_to_clearing(script: Script) -> 
         PlanStatus.START_OUTSIDE_MAP,
         PlanStatus.GOAL_OUTSIDE_MAP,
         PlanStatus.GOAL_OCCUPIED,
+        ControlStatus.INVALID_CONTROLLER,
+        ControlStatus.INVALID_PATH,
     ],
 )
-def test_aborts_at_once_where_no_recovery_helps(script: Script, status: PlanStatus) -> None:
-    script.tick()
-    script.tick(plan=failed(status))
-    assert script.end == Finish(Ending.ABORTED, int(status), status.name)
-
-
-@pytest.mark.parametrize("status", [ControlStatus.INVALID_CONTROLLER, ControlStatus.INVALID_PATH])
-def test_aborts_at_once_at_a_hopeless_error(script: Script, status: ControlStatus) -> None:
-    script.follow().tick(follow=failed(status))
+def test_aborts_at_once_where_no_recovery_helps(
+    script: Script, status: PlanStatus | ControlStatus
+) -> None:
+    if isinstance(status, ControlStatus):
+        script.follow().tick(follow=failed(status))
+    else:
+        script.tick()
+        script.tick(plan=failed(status))
     assert script.end == Finish(Ending.ABORTED, int(status), status.name)
 
 
@@ -298,12 +283,9 @@ def test_poses_before_the_last_are_dropped_as_they_are_passed() -> None:
     assert script.feedback()["number_of_poses_remaining"] == 2
 
 
-@pytest.mark.parametrize(
-    ("tree", "code", "recovers"),
-    [(THROUGH, 308, True), (THROUGH, 300, True), (THROUGH, 306, False)],
-)
-def test_planning_through_poses_has_codes_of_its_own(tree: str, code: int, recovers: bool) -> None:
-    script = Script((SE2(1.0), GOAL), tree)
+@pytest.mark.parametrize(("code", "recovers"), [(308, True), (300, True), (306, False)])
+def test_planning_through_poses_has_codes_of_its_own(code: int, recovers: bool) -> None:
+    script = Script((SE2(1.0), GOAL), THROUGH)
     script.tick()
     asked = script.tick(plan=Answer(False, code, "no"))
     assert (asked == ["clear_global"]) is recovers
@@ -346,9 +328,7 @@ def test_an_outage_is_stood_through(status: ControlStatus) -> None:
 @pytest.mark.parametrize(
     "status", [ControlStatus.TF_ERROR, PlanStatus.TF_ERROR, PlanStatus.START_OCCUPIED]
 )
-def test_a_long_outage_ends_the_goal_with_its_reason(
-    status: ControlStatus | PlanStatus,
-) -> None:
+def test_a_long_outage_ends_the_goal_with_its_reason(status: ControlStatus | PlanStatus) -> None:
     script = Script(config=NavigatorConfig(outage_patience=4.0))
     script.tick()
     while script.now < 20.0 and script.end is None:

@@ -123,9 +123,7 @@ def test_each_line_is_an_instruction_and_each_stage_has_an_image_of_one_version(
             assert copied[1] in STAGES
 
 
-def test_the_last_stage_of_a_container_has_no_compiler(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_last_stage_of_a_container_has_no_compiler(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(preflight, "_compiles", lambda *words: False)
     monkeypatch.setattr("ctypes.util.find_library", lambda name: None)
     checks = (preflight.check_c, preflight.check_cxx, preflight.check_gl)

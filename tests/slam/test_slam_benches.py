@@ -66,9 +66,7 @@ def test_a_building_is_measured() -> None:
     assert 0.0 <= result["agree_worst"] <= result["agree"] <= 1.0
 
 
-def test_localization_is_exact_in_the_office(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_localization_is_exact_in_the_office(capsys: pytest.CaptureFixture[str]) -> None:
     options = ("--worlds", "office", "--seeds", "2", "--seconds", "12")
     result = run(localization, *options, "--starts", "6", "--kidnaps", "3")
     assert result["tracking_rmse_m"] <= 0.02

@@ -74,9 +74,7 @@ def turned(covariance: Floats, angle: float) -> Floats:
     return result
 
 
-def test_poses_follow_matches_with_covariances_in_map(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_poses_follow_matches_with_covariances_in_map(monkeypatch: pytest.MonkeyPatch) -> None:
     scripted = Scripted()
     monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
     mapper, expected, last = Slam(CONFIG), IDENTITY, None
@@ -235,9 +233,7 @@ def test_a_resumed_map_continues_from_its_nearest_keyframe(
     assert len(again.scans) == 6
 
 
-def test_odometry_continues_from_the_last_keyframe(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_odometry_continues_from_the_last_keyframe(monkeypatch: pytest.MonkeyPatch) -> None:
     scripted = Scripted()
     monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
     monkeypatch.setattr(slam, "ReferenceMap", Reference())

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -16,7 +15,7 @@ from arjuna_core.ros.convert import pose_stamped
 from arjuna_core.se2 import SE2, wrap
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP
-from tests.helpers.robots import ON_MAP, outcome, truth
+from tests.helpers.robots import ON_MAP, Stack, outcome, truth
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NEAR, TURNED = 0.02, math.radians(2.0)
@@ -63,7 +62,7 @@ def assert_at(pose: SE2, goal: SE2) -> None:
     assert abs(wrap(pose.theta - goal.theta)) < TURNED
 
 
-def test_it_docks_where_the_dock_is_seen(stack: Callable[..., LockStep]) -> None:
+def test_it_docks_where_the_dock_is_seen(stack: Stack) -> None:
     robot = stack(LOCALIZATION_GROUP, NAVIGATION_GROUP, parameters=PARAMETERS)
     robot.run(1.0)
     show_the_dock(robot)

@@ -66,9 +66,7 @@ def test_a_robot_that_is_blind_stands_and_drives_when_it_is_over(stack: Stack, k
     assert robot.sim.contacts.log.total == 0
 
 
-def test_on_another_buildings_map_the_robot_stands_until_its_own_returns(
-    stack: Stack,
-) -> None:
+def test_on_another_buildings_map_the_robot_stands_until_its_own_returns(stack: Stack) -> None:
     drive = Drive(on_map(stack))
     robot = drive.robot
 

@@ -24,7 +24,7 @@ from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP
-from tests.helpers.robots import ON_MAP, outcome
+from tests.helpers.robots import ON_MAP, Stack, outcome
 from tests.helpers.ros import changed
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
@@ -168,7 +168,7 @@ ATTACKS: tuple[Callable[[Client], None], ...] = (
 
 @pytest.mark.parametrize("mapping", [False, True], ids=["nav", "slam"])
 def test_nothing_that_a_client_sends_ends_a_robot_or_its_next_goal(
-    stack: Callable[..., LockStep], mapping: bool, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
+    stack: Stack, mapping: bool, tmp_path: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.chdir(tmp_path)
     groups = (SLAM_GROUP, NAVIGATION_GROUP) if mapping else (LOCALIZATION_GROUP, NAVIGATION_GROUP)

@@ -80,9 +80,7 @@ def test_a_reader_that_goes_away_stops_the_robot() -> None:
         assert bringup.process.wait(timeout=20.0) == 0
 
 
-def test_without_a_simulator_it_logs_what_it_waits_for(
-    tmp_path: Path,
-) -> None:
+def test_without_a_simulator_it_logs_what_it_waits_for(tmp_path: Path) -> None:
     with Lines("-m", "bringup", "slam", "--namespace", "robot1") as bringup:
         (line,) = bringup.wait_for("waiting for slam: /robot1/clock: is ")
         assert "(ROS_DOMAIN_ID=91, --namespace robot1 here;" in line

@@ -19,6 +19,7 @@ from bringup.lockstep import LockStep
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.recording.recorder import demo_recorder
 from bringup.stack import NAVIGATION_GROUP, SIM_GROUP, SLAM_GROUP
+from tests.helpers.robots import Stack
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(0.8, 0.5, 0.5)
@@ -40,7 +41,7 @@ def drive(
     return Goals(robot).navigate(GOAL, 40.0).succeeded, samples
 
 
-def test_a_goal_is_reached_and_one_seed_gives_one_run(stack: Callable[..., LockStep]) -> None:
+def test_a_goal_is_reached_and_one_seed_gives_one_run(stack: Stack) -> None:
     succeeded, first = drive(stack(SLAM_GROUP, NAVIGATION_GROUP, seed=3))
     assert succeeded
     assert first[-1][0].distance(GOAL) < 0.25

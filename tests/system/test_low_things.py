@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -11,9 +10,9 @@ from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import LETHAL
 from bringup.cli import parse
 from bringup.client.goals import Goals
-from bringup.lockstep import LockStep
 from bringup.parameters.inputs import gather
 from bringup.stack import LOCAL_COSTMAP, NAVIGATION_GROUP, SLAM_GROUP
+from tests.helpers.robots import Stack
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(3.0, 0.0)
@@ -48,7 +47,7 @@ OTHER = {
     ids=["a low box", "a board at the mast", "a low box before another's camera"],
 )
 def test_it_drives_round_what_its_lidar_does_not_see(
-    stack: Callable[..., LockStep],
+    stack: Stack,
     tmp_path: Path,
     low: float,
     high: float,

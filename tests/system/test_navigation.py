@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import pytest
 from action_msgs.msg import GoalStatus
 from nav2_msgs.action import NavigateToPose
@@ -17,13 +15,12 @@ from bringup.stack import (
     SIM_GROUP,
     SLAM_GROUP,
 )
-from tests.helpers.robots import ON_MAP, REACHED, outcome, send, to_pose, truth
+from tests.helpers.robots import ON_MAP, REACHED, Stack, outcome, send, to_pose, truth
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOAL = SE2(1.5, 1.0, 0.5)
-TREES = ("", "navigate_to_pose_w_replanning_and_recovery.xml")  # ours, Nav2's own
+TREE = "navigate_to_pose_w_replanning_and_recovery.xml"
 STOPPING = 0.15  # from 0.4 m/s, command and motors have their delays [m]
-Stack = Callable[..., "LockStep"]
 
 
 def on_map(stack: Stack) -> LockStep:
@@ -33,10 +30,9 @@ def on_map(stack: Stack) -> LockStep:
     return robot
 
 
-@pytest.mark.parametrize("tree", TREES)
-def test_a_goal_on_a_map_is_reached(stack: Stack, tree: str) -> None:
+def test_a_goal_on_a_map_is_reached_by_nav2s_own_tree(stack: Stack) -> None:
     robot = on_map(stack)
-    end = outcome(robot, NavigateToPose, "navigate_to_pose", to_pose(GOAL, tree))
+    end = outcome(robot, NavigateToPose, "navigate_to_pose", to_pose(GOAL, TREE))
     assert (end.status, end.result.error_msg) == (GoalStatus.STATUS_SUCCEEDED, "")
     assert truth(robot).distance(GOAL) < REACHED
 

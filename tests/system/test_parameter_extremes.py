@@ -17,7 +17,7 @@ from arjuna_core.se2 import SE2
 from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
-from tests.helpers.robots import ON_MAP
+from tests.helpers.robots import ON_MAP, Stack
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 NO_NUMBERS = (math.nan, math.inf, -math.inf, 1e308, -1e308)
@@ -29,7 +29,7 @@ DRIVING = ("controller_server", "planner_server", "smoother_server", "amcl")
 """Nodes whose values are tried while the robot drives."""
 
 
-def lenient(stack: Callable[..., LockStep], *groups: Group) -> LockStep:
+def lenient(stack: Stack, *groups: Group) -> LockStep:
     """Return a robot whose callbacks' exceptions are counted, so that all of them are seen."""
     robot = stack(*groups, parameters=ON_MAP)
     robot.process.guard.strict = False
@@ -57,9 +57,7 @@ def failures(robot: LockStep) -> dict[str, str]:
 
 
 @pytest.mark.parametrize("groups", STACKS.values(), ids=STACKS)
-def test_every_number_is_finite_and_bounded(
-    stack: Callable[..., LockStep], groups: tuple[Group, ...]
-) -> None:
+def test_every_number_is_finite_and_bounded(stack: Stack, groups: tuple[Group, ...]) -> None:
     robot = lenient(stack, *groups)
     accepted, count = [], 0
     for node_name, node in robot.nodes.items():
@@ -127,7 +125,7 @@ def at_extremes(
 
 @pytest.mark.parametrize("groups", STACKS.values(), ids=STACKS)
 def test_the_greatest_and_least_values_stall_nothing(
-    stack: Callable[..., LockStep], groups: tuple[Group, ...]
+    stack: Stack, groups: tuple[Group, ...]
 ) -> None:
     robot = lenient(stack, *groups)
     robot.run(1.0)
@@ -136,9 +134,7 @@ def test_the_greatest_and_least_values_stall_nothing(
     assert not failures(robot)
 
 
-def test_a_goal_is_reached_after_every_extreme(
-    stack: Callable[..., LockStep],
-) -> None:
+def test_a_goal_is_reached_after_every_extreme(stack: Stack) -> None:
     robot = lenient(stack, *STACKS["nav"])
     robot.run(1.0)
     goals = Goals(robot)

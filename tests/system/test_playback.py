@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 from typing import Any
@@ -23,7 +22,7 @@ from bringup.recording.player import Player
 from bringup.recording.recorder import TOPICS, Recorder
 from bringup.stack import LOCALIZATION_GROUP, SLAM_GROUP, Group
 from tests.helpers.processes import wait_until
-from tests.helpers.robots import ROOM
+from tests.helpers.robots import ROOM, Stack
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 RESULTS = ("/map", "/amcl_pose")
@@ -113,7 +112,7 @@ def _play_static(bag: Bag, player: Player, robot: LockStep) -> None:
     ("group", "parameters"), [(SLAM_GROUP, {}), (LOCALIZATION_GROUP, ROOM)], ids=["slam", "amcl"]
 )
 def test_a_drive_played_back_gives_the_same_result(
-    stack: Callable[..., LockStep],
+    stack: Stack,
     tmp_path: Path,
     group: Group,
     parameters: dict[str, dict[str, Any]],

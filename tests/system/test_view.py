@@ -27,7 +27,7 @@ from bringup.viewing.browser.viewer import Viewer
 from bringup.viewing.robot.robot_side import RobotSide
 from tests.helpers.chromium import Page, find
 from tests.helpers.processes import wait_until
-from tests.helpers.robots import ROOM
+from tests.helpers.robots import ROOM, Stack
 
 BROWSER = find()
 pytestmark = [
@@ -94,7 +94,7 @@ class Watched:
 
 
 @pytest.fixture
-def watched(stack: Callable[..., LockStep], tmp_path: Path) -> Iterator[Watched]:
+def watched(stack: Stack, tmp_path: Path) -> Iterator[Watched]:
     groups = LOCALIZATION_GROUP, NAVIGATION_GROUP
     robot = stack(*groups, parameters=ROOM, transport="dds")  # the viewer has nodes of its own
     with closing(Watched(robot, tmp_path / "profile")) as made:

@@ -4,8 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import signal
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +16,7 @@ from arjuna_core.files.maps import load_map, save_map
 from arjuna_core.files.whole_file import emptied_folder, write_atomically
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
+from tests.helpers.killed import killed
 
 
 class Maker:
@@ -102,33 +101,6 @@ def test_the_least_recently_used_goes_first(folder: Path, monkeypatch: pytest.Mo
     assert maker.count == 4
 
 
-_CHILD = """
-import os, signal, sys
-from pathlib import Path
-from arjuna_core.errors import InputFileError
-from arjuna_core.files.maps import load_map, save_map
-
-new, target, point, number = sys.argv[1], sys.argv[2], sys.argv[3], int(sys.argv[4])
-grid = load_map(new)
-calls = 0
-
-def killing(call):
-    def wrapped(*arguments):
-        global calls
-        calls += 1
-        if calls == number:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return call(*arguments)
-    return wrapped
-
-if point == "fsync":
-    os.fsync = killing(os.fsync)
-else:
-    Path.replace = killing(Path.replace)
-save_map(grid, target)
-"""
-
-
 def _grid(value: int, size: int) -> OccupancyGrid:
     data = np.full((size, size), value, np.int8)
     return OccupancyGrid(GridFrame(0.05, size, size, SE2(float(size), 0.0, 0.0)), data)
@@ -142,19 +114,15 @@ def _grid(value: int, size: int) -> OccupancyGrid:
     ],
 )
 def test_a_map_pair_survives_a_kill_while_saving(tmp_path: Path, point: str, number: int) -> None:
-    for name, value, size in (("map", 0, 20), ("new", 100, 30)):
-        save_map(_grid(value, size), tmp_path / name)
-    argv = [str(tmp_path / "new.yaml"), str(tmp_path / "map"), point, str(number)]
-    child = subprocess.run(
-        [sys.executable, "-c", _CHILD, *argv], cwd=Path(__file__).resolve().parents[3], check=False
-    )
-    assert child.returncode == -signal.SIGKILL
+    save_map(_grid(0, 20), tmp_path / "map")
+    ended = killed(lambda: save_map(_grid(100, 30), tmp_path / "map"), point, number)
+    assert ended == signal.SIGKILL
     left = load_map(tmp_path / "map.yaml")
     expected = _grid(100, 30) if number > (3 if point == "fsync" else 2) else _grid(0, 20)
     assert left.frame == expected.frame
     assert np.array_equal(left.data, expected.data)
     save_map(_grid(0, 20), tmp_path / "map")  # what the killed one left is in nobody's way
-    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".pgm", ".pgm", ".yaml", ".yaml"]
+    assert sorted(path.suffix for path in tmp_path.iterdir()) == [".pgm", ".yaml"]
 
 
 def test_a_check_that_raises_leaves_the_old_file(tmp_path: Path) -> None:

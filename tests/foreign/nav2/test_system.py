@@ -90,11 +90,26 @@ class User:
 
 
 @pytest.fixture
-def user(tmp_path: Path) -> Iterator[User]:
+def alone(tmp_path: Path) -> Iterator[User]:
+    """A user of a robot of its own, for tests that leave something behind."""
     with closing(in_its_world(tmp_path)) as robot:
         user = User(robot)
         user.say_where(START)
         yield user
+
+
+@pytest.fixture(scope="module")
+def shared(tmp_path_factory: pytest.TempPathFactory) -> Iterator[User]:
+    with closing(in_its_world(tmp_path_factory.mktemp("world"))) as robot:
+        yield User(robot)
+
+
+@pytest.fixture
+def user(shared: User) -> User:
+    shared.robot.sim.simulator.robot.set_pose(START)
+    shared.robot.run(0.5)
+    shared.say_where(START)
+    return shared
 
 
 def test_a_goal_is_reached_though_the_first_initial_pose_was_wrong(user: User) -> None:
@@ -142,25 +157,25 @@ def test_waypoints_are_followed_preempted_and_cancelled(user: User) -> None:
 
 
 @pytest.mark.parametrize("stop", [True, False])
-def test_a_waypoint_that_cannot_be_reached_stops_where_asked(user: User, stop: bool) -> None:
+def test_a_waypoint_that_cannot_be_reached_stops_where_asked(alone: User, stop: bool) -> None:
     value = Parameter("stop_on_failure", value=stop).to_parameter_msg()
     request = SetParameters.Request(parameters=[value])
-    answer = user.robot.call(SetParameters, "/waypoint_follower/set_parameters", request)
+    answer = alone.robot.call(SetParameters, "/waypoint_follower/set_parameters", request)
     assert answer.results[0].successful
-    status, result = user.end(user.along(OUTSIDE, NEAR))
+    status, result = alone.end(alone.along(OUTSIDE, NEAR))
     assert [missed.index for missed in result.missed_waypoints][:1] == [0]
     assert (status == GoalStatus.STATUS_ABORTED) == stop
-    assert (user.truth.distance(NEAR) < REACHED) == (not stop)
+    assert (alone.truth.distance(NEAR) < REACHED) == (not stop)
 
 
-def test_an_obstacle_that_the_map_lacks_is_gone_round(user: User) -> None:
+def test_an_obstacle_that_the_map_lacks_is_gone_round(alone: User) -> None:
     request = SpawnEntity.Request(name="box")
     request.entity_resource.resource_string = BOX
     request.initial_pose = pose_stamped(SE2(-1.9, 0.5, 0.0), "world", 0.0)
-    assert user.robot.call(SpawnEntity, "/spawn_entity", request).result.result == 1
+    assert alone.robot.call(SpawnEntity, "/spawn_entity", request).result.result == 1
     touched: list[Any] = []
-    user.robot.on_tick = lambda: touched.extend(user.robot.sim.last.contacts)
-    status, _ = user.end(user.to_pose(SE2(-1.5, 1.2, 1.57)))
+    alone.robot.on_tick = lambda: touched.extend(alone.robot.sim.last.contacts)
+    status, _ = alone.end(alone.to_pose(SE2(-1.5, 1.2, 1.57)))
     assert status == GoalStatus.STATUS_SUCCEEDED
     assert touched == []
 

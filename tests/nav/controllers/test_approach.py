@@ -362,9 +362,7 @@ def test_a_steered_robot_arrives_on_bends_that_it_can_drive(start: float, headin
 
 
 @pytest.mark.parametrize("room", [True, False])
-def test_a_steered_robots_curve_leads_round_obstacles(
-    room: bool,
-) -> None:
+def test_a_steered_robots_curve_leads_round_obstacles(room: bool) -> None:
     grid = grid_of(5.0, 5.0, (2.6, 2.4, 0.1, 0.2))
     if not room:
         block(grid, 3.4, 0.0, 0.2, 5.0)

@@ -71,9 +71,7 @@ def test_a_position_reached_stays_reached_where_stateful(heading: bool, stateful
         PositionGoalChecker(PositionGoalConfig(0.2)),
     ],
 )
-def test_a_pushed_robot_has_to_return(
-    checker: SimpleGoalChecker | PositionGoalChecker,
-) -> None:
+def test_a_pushed_robot_has_to_return(checker: SimpleGoalChecker | PositionGoalChecker) -> None:
     assert checker.reached(SE2(0.9, 0.0, 0.0), GOAL)
     assert not checker.reached(SE2(0.4, 0.0, 0.0), GOAL)
     assert not checker.reached(SE2(0.7, 0.0, 0.0), GOAL), "it has to come back"

@@ -109,9 +109,7 @@ def test_a_path_through_a_large_map_is_as_good_as_any() -> None:
 
 
 @pytest.mark.parametrize("bearing", [4.0, 7.5, 11.0, 20.0])
-def test_a_path_between_searched_headings_turns_no_more_than_needed(
-    bearing: float,
-) -> None:
+def test_a_path_between_searched_headings_turns_no_more_than_needed(bearing: float) -> None:
     heading = math.radians(bearing)
     goal = SE2(1.0 + 9.0 * math.cos(heading), 1.0 + 9.0 * math.sin(heading), heading)
     planner = make("smac hybrid", motion_model_for_search="DUBIN")

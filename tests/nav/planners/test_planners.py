@@ -126,9 +126,7 @@ def walled(origin: SE2) -> OccupancyGrid:
     return grid_of(4.0, 4.0, (1.9, 0.0, 0.2, 3.0), origin=origin)
 
 
-def test_poses_look_along_the_path(
-    make_on_cells: Callable[..., Planner],
-) -> None:
+def test_poses_look_along_the_path(make_on_cells: Callable[..., Planner]) -> None:
     goal = SE2(3.0, 3.2, 2.0)
     path = make_on_cells().plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
     heading = math.atan2(2.2, 2.0)
@@ -137,9 +135,7 @@ def test_poses_look_along_the_path(
     assert np.hypot(*np.diff(path[:, :2], axis=0).T).max() < 0.11
 
 
-def test_a_path_ends_in_its_direction_where_asked(
-    make_on_cells: Callable[..., Planner],
-) -> None:
+def test_a_path_ends_in_its_direction_where_asked(make_on_cells: Callable[..., Planner]) -> None:
     plan = make_on_cells(use_final_approach_orientation=True).plan
     goal = SE2(3.0, 3.2, 2.0)
     path = plan(costmap_of(empty_grid(4.0, 4.0)), SE2(1.0, 1.0, 0.0), goal).path
@@ -148,9 +144,7 @@ def test_a_path_ends_in_its_direction_where_asked(
     assert path[-1, :2].tolist() == [3.0, 3.2]
 
 
-def test_a_blocked_goal_is_replaced_by_the_nearest_pose(
-    make: Callable[..., Planner],
-) -> None:
+def test_a_blocked_goal_is_replaced_by_the_nearest_pose(make: Callable[..., Planner]) -> None:
     costmap = costmap_of(room())
     result = make(tolerance=0.8).plan(costmap, SE2(), SE2(2.5, 0.0, 0.3))
     end = SE2.from_array(result.path[-1])

@@ -54,7 +54,7 @@ def distances_within(data: np.ndarray, start: tuple[int, int], radius: float) ->
     return np.where(far > radius, math.inf, far).reshape(shape)
 
 
-@pytest.mark.parametrize("seed", range(8))
+@pytest.mark.parametrize("seed", range(4))
 def test_the_exits_are_the_free_cells_that_are_reached_first(seed: int) -> None:
     rng = np.random.default_rng(seed)
     data = rng.choice(np.array([253, 254, 0, 100], np.uint8), (SIDE, SIDE), p=[0.6, 0.2, 0.1, 0.1])

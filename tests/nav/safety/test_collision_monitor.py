@@ -59,7 +59,7 @@ def test_the_speed_falls_with_the_time_before_a_collision(gap: float, seconds: f
     assert verdict.velocity.x == pytest.approx(0.4 * seconds / 1.2, abs=0.4 * 0.11 / 1.2)
 
 
-@pytest.mark.parametrize("gap", np.arange(0.02, 1.5, 0.06).tolist())
+@pytest.mark.parametrize("gap", np.arange(0.02, 1.5, 0.18).tolist())
 def test_nobody_is_made_faster_and_who_comes_nearer_is_no_faster_than_before(gap: float) -> None:
     nearer, farther = (
         judge(Velocity(0.4, yaw_rate=0.1), cluster(0.25 + each, 0.0), **LATER).velocity
@@ -88,9 +88,7 @@ def test_by_default_a_robot_that_can_still_stop_is_not_slowed() -> None:
 
 @pytest.mark.parametrize("footprint", [ROBOT, Footprint.polygon(np.array(
     [[0.25, 0.2], [0.25, -0.2], [-0.25, -0.2], [-0.25, 0.2]]))])  # fmt: skip
-def test_a_robot_in_contact_may_move_where_it_gets_no_nearer(
-    footprint: Footprint,
-) -> None:
+def test_a_robot_in_contact_may_move_where_it_gets_no_nearer(footprint: Footprint) -> None:
     monitor = made({})
     touched = cluster(0.23, 0.0)
     assert monitor.judge(FORWARD, Sight.of(touched), footprint).velocity == Velocity()
@@ -119,17 +117,6 @@ def test_a_stop_zone_stops_whatever_the_direction() -> None:
     assert judge(FORWARD, cluster(0.6, 0.0), **zone) == Verdict(FORWARD)
     assert judge(FORWARD, cluster(-0.25, 0.28), **zone).action is Action.STOP
     assert judge(FORWARD, cluster(-0.35, 0.0), **zone).action is Action.DO_NOTHING
-
-
-def test_a_limit_zone_keeps_the_arc() -> None:
-    zone = {
-        "polygons": ("PolygonLimit",),
-        "PolygonLimit": {**SLOW, "action_type": "limit", "linear_limit": 0.1},
-    }
-    verdict = judge(Velocity(0.4, yaw_rate=0.2), cluster(0.0, 0.4), **zone)
-    assert verdict.velocity == Velocity(pytest.approx(0.1), yaw_rate=pytest.approx(0.05))  # type: ignore[arg-type]
-    slow = Velocity(0.05, yaw_rate=0.2)
-    assert judge(slow, cluster(0.0, 0.4), **zone) == Verdict(slow)
 
 
 def test_the_strictest_zone_decides() -> None:

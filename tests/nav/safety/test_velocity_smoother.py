@@ -44,9 +44,7 @@ def test_speed_grows_by_no_more_than_the_acceleration() -> None:
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_starting_takes_the_acceleration_turning_round_the_braking(
-    side: float,
-) -> None:
+def test_starting_takes_the_acceleration_turning_round_the_braking(side: float) -> None:
     limits: dict[str, Any] = {"max_accel": (0.5, 0.7, 1.0), "max_decel": (-2.0, -1.5, -3.0)}
     limits |= {"max_velocity": (0.5, 0.5, 2.5), "min_velocity": (-0.5, -0.5, -2.5)}
     there, back = (Velocity(v * 0.4, y=v * 0.3, yaw_rate=v * 0.6) for v in (side, -side))

@@ -58,9 +58,7 @@ def test_the_direct_goal_mover_arrives_without_detours(
     assert turned < 1.2 * math.pi
 
 
-def test_the_simple_goal_mover_arrives_on_the_left_alone(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_simple_goal_mover_arrives_on_the_left_alone(monkeypatch: pytest.MonkeyPatch) -> None:
     kind = _module("guides/turtlebot3/simple_pose.py", monkeypatch).SimplePose
     assert _drive(kind, (0.6, 0.6), 60.0)[0] <= 0.2
     assert _drive(kind, (0.2, -0.7), 60.0)[1] > 1.5 * math.pi  # the long way round

@@ -122,8 +122,11 @@ class Managed:
         self.bench.close()
 
 
+Make = Callable[..., Managed]
+
+
 @pytest.fixture
-def managed() -> Iterator[Callable[..., Managed]]:
+def managed() -> Iterator[Make]:
     """Return a maker of managed benches."""
     made: list[Managed] = []
 
@@ -136,7 +139,7 @@ def managed() -> Iterator[Callable[..., Managed]]:
         each.close()
 
 
-def test_autostart_configures_all_then_activates_all(managed: Callable[..., Managed]) -> None:
+def test_autostart_configures_all_then_activates_all(managed: Make) -> None:
     system = managed(autostart=True)
     system.spin_until(lambda: system.manager.system_active)
     assert system.diary == [
@@ -148,7 +151,7 @@ def test_autostart_configures_all_then_activates_all(managed: Callable[..., Mana
     assert system.is_active()
 
 
-def test_two_managers_may_bring_up_the_same_nodes(managed: Callable[..., Managed]) -> None:
+def test_two_managers_may_bring_up_the_same_nodes(managed: Make) -> None:
     system = managed()
     config = LifecycleManagerConfig(autostart=False)
     process, names = system.bench.process, ["first", "second"]
@@ -164,7 +167,7 @@ def test_two_managers_may_bring_up_the_same_nodes(managed: Callable[..., Managed
     other.destroy_node()
 
 
-def test_without_autostart_nothing_happens_until_startup(managed: Callable[..., Managed]) -> None:
+def test_without_autostart_nothing_happens_until_startup(managed: Make) -> None:
     system = managed()
     assert not system.is_active()
     assert system.diary == []
@@ -172,9 +175,7 @@ def test_without_autostart_nothing_happens_until_startup(managed: Callable[..., 
     assert system.is_active()
 
 
-def test_manage_nodes_answers_when_the_command_is_done(
-    managed: Callable[..., Managed],
-) -> None:
+def test_manage_nodes_answers_when_the_command_is_done(managed: Make) -> None:
     system = managed()
     assert system.manage(Command.STARTUP)
     assert system.diary[-1] == "second activate"
@@ -185,7 +186,7 @@ def test_manage_nodes_answers_when_the_command_is_done(
     assert system.is_active()
 
 
-def test_reset_and_startup_work_again_and_again(managed: Callable[..., Managed]) -> None:
+def test_reset_and_startup_work_again_and_again(managed: Make) -> None:
     system = managed(autostart=True)
     for _ in range(3):
         assert system.manage(Command.RESET)
@@ -194,18 +195,14 @@ def test_reset_and_startup_work_again_and_again(managed: Callable[..., Managed])
         assert system.is_active()
 
 
-def test_a_node_that_cannot_configure_stops_the_bring_up(
-    managed: Callable[..., Managed],
-) -> None:
+def test_a_node_that_cannot_configure_stops_the_bring_up(managed: Make) -> None:
     system = managed(refuse="configure")
     assert not system.manage(Command.STARTUP)
     assert system.diary == ["first configure", "second configure"]
     assert not system.is_active()
 
 
-def test_a_node_that_cannot_rest_lets_the_others_down(
-    managed: Callable[..., Managed],
-) -> None:
+def test_a_node_that_cannot_rest_lets_the_others_down(managed: Make) -> None:
     system = managed(refuse="deactivate", autostart=True)
     system.spin_until(lambda: system.manager.system_active)
     assert not system.manage(Command.PAUSE)
@@ -213,9 +210,7 @@ def test_a_node_that_cannot_rest_lets_the_others_down(
     assert not system.is_active()
 
 
-def test_commands_wait_for_the_running_one(
-    managed: Callable[..., Managed],
-) -> None:
+def test_commands_wait_for_the_running_one(managed: Make) -> None:
     system = managed()
     answers: list[tuple[str, bool]] = []
     for command in (Command.STARTUP, Command.RESET, Command.CONFIGURE):
@@ -224,13 +219,11 @@ def test_commands_wait_for_the_running_one(
     assert answers == [("STARTUP", True), ("RESET", True), ("CONFIGURE", True)]
 
 
-def test_a_command_that_does_not_exist_fails(managed: Callable[..., Managed]) -> None:
+def test_a_command_that_does_not_exist_fails(managed: Make) -> None:
     assert not managed().manage(99)
 
 
-def test_a_manager_without_commands_reports_its_state(
-    managed: Callable[..., Managed],
-) -> None:
+def test_a_manager_without_commands_reports_its_state(managed: Make) -> None:
     system = managed(autostart=True, commandable=False)
     system.spin_until(lambda: system.manager.system_active)
     assert system.is_active()
@@ -243,7 +236,7 @@ def test_only_the_world_takes_no_commands() -> None:
     assert [group.name for group in groups if not group.commandable] == ["sim"]
 
 
-def with_own(managed: Callable[..., Managed], **parameters: Any) -> tuple[Managed, FakeNode]:
+def with_own(managed: Make, **parameters: Any) -> tuple[Managed, FakeNode]:
     """Return a bench whose manager has brought up a node of a user's own, too."""
     names = {"node_names": ("first", "/own"), "bond_timeout": 0.7, **parameters}
     system = managed(autostart=True, **names)
@@ -252,7 +245,7 @@ def with_own(managed: Callable[..., Managed], **parameters: Any) -> tuple[Manage
     return system, own
 
 
-def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Callable[..., Managed]) -> None:
+def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Make) -> None:
     system, _ = with_own(managed)
     names = ["first", "second", "own"]
     steps = ("configure", "activate")
@@ -261,7 +254,7 @@ def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Callable[..., M
 
 
 def test_one_that_starts_half_a_minute_later_comes_up_too(
-    managed: Callable[..., Managed], monkeypatch: pytest.MonkeyPatch
+    managed: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = managed(autostart=True, node_names=("/own",))
     system.spin_until(lambda: "second configure" in system.diary)
@@ -273,7 +266,7 @@ def test_one_that_starts_half_a_minute_later_comes_up_too(
 
 
 @pytest.mark.parametrize("back", [True, False])
-def test_losing_a_users_node_restarts_all(managed: Callable[..., Managed], back: bool) -> None:
+def test_losing_a_users_node_restarts_all(managed: Make, back: bool) -> None:
     system, own = with_own(managed, attempt_respawn_reconnection=back)
     system.lose(own)
     system.spin_until(lambda: not system.manager.system_active)
@@ -288,16 +281,14 @@ def test_losing_a_users_node_restarts_all(managed: Callable[..., Managed], back:
 
 
 @pytest.mark.parametrize("values", [{"bond_timeout": 0.0}, {"bond_timeout": 30.0}])
-def test_a_lost_node_is_tolerated_for_the_timeout(
-    managed: Callable[..., Managed], values: dict[str, float]
-) -> None:
+def test_a_lost_node_is_tolerated_for_the_timeout(managed: Make, values: dict[str, float]) -> None:
     system, own = with_own(managed, **values)
     system.lose(own)
     system.spin(2.0)
     assert system.manager.system_active
 
 
-def test_a_node_that_comes_back_too_late_is_left_alone(managed: Callable[..., Managed]) -> None:
+def test_a_node_that_comes_back_too_late_is_left_alone(managed: Make) -> None:
     system, own = with_own(managed, bond_respawn_max_duration=0.2)
     system.lose(own)
     system.spin_until(lambda: system.diary[-1] == "first cleanup")
@@ -307,9 +298,7 @@ def test_a_node_that_comes_back_too_late_is_left_alone(managed: Callable[..., Ma
     assert system.diary[-1] == "first cleanup"
 
 
-def test_heartbeats_of_a_bond_are_answered(
-    managed: Callable[..., Managed],
-) -> None:
+def test_heartbeats_of_a_bond_are_answered(managed: Make) -> None:
     system, own = with_own(managed)
     answers = system.bench.collect(Status, "/bond")
     heartbeat = Status(id="own", instance_id="its", active=True, heartbeat_timeout=4.0)

@@ -25,7 +25,10 @@ from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.smoothers import SMOOTHERS
 from arjuna_slam.amcl.config import MOTION_MODELS
+from bringup.parameters import inputs
 from bringup.parameters.checking import check_file
+from bringup.parameters.files import merged
+from bringup.parameters.inputs import gather
 from tests.helpers.nav.plugins_page import PAGE, blocks, write_parameters
 
 FOLDER = shipped_file("docs/notebooks")
@@ -100,6 +103,10 @@ def test_it_runs_and_ends_as_it_says(
 ) -> None:
     import matplotlib.pyplot as plt
 
+    few = {
+        "explorer": {"exploration": {"min_frontier_size": 2.0}}
+    }  # a corner that is left out costs no drive
+    monkeypatch.setattr(inputs, "gather", lambda given: merged(gather(given), few))
     monkeypatch.chdir(tmp_path)
     names: Names = {}
     pictures = 0

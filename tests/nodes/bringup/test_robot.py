@@ -16,15 +16,14 @@ from arjuna_core.files.maps import load_map
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
 from bringup.client.session import ClientError
-from bringup.lockstep import LockStep
 from bringup.stack import NAVIGATION_GROUP, SLAM_GROUP
-from tests.helpers.robots import truth
+from tests.helpers.robots import Stack, truth
 
 SHIPPED = ("urdf/arjuna.urdf", "urdf/burger.urdf", "urdf/fusion_description/urdf/fusion.xacro")
 PNG = b"\x89PNG\r\n"
 
 
-def test_a_script_drives_maps_and_saves(stack: Callable[..., LockStep], tmp_path: Path) -> None:
+def test_a_script_drives_maps_and_saves(stack: Stack, tmp_path: Path) -> None:
     session = stack(SLAM_GROUP, NAVIGATION_GROUP)
     with Robot(session=session) as robot:
         assert robot.scan().valid.sum() > 100
@@ -42,7 +41,7 @@ def test_a_script_drives_maps_and_saves(stack: Callable[..., LockStep], tmp_path
     assert (saved.data == 100).sum() > 100
 
 
-def test_a_goal_in_a_wall_says_why_it_fails(stack: Callable[..., LockStep]) -> None:
+def test_a_goal_in_a_wall_says_why_it_fails(stack: Stack) -> None:
     with Robot(session=stack(SLAM_GROUP, NAVIGATION_GROUP)) as robot:
         robot.session.pause(2.0)
         end = robot.goto(40.0, 0.0, timeout=60.0)
@@ -51,7 +50,7 @@ def test_a_goal_in_a_wall_says_why_it_fails(stack: Callable[..., LockStep]) -> N
 
 
 def test_what_does_not_come_is_waited_for_and_named(
-    stack: Callable[..., LockStep], capfd: pytest.CaptureFixture[str]
+    stack: Stack, capfd: pytest.CaptureFixture[str]
 ) -> None:
     missing = r"on 'map' did not come within 3 s: is .* slam'"
     with Robot(timeout=3.0, session=stack()) as robot, pytest.raises(ClientError, match=missing):
@@ -108,7 +107,7 @@ def test_it_stops_before_what_the_lidar_sees() -> None:
         assert robot.forward(-0.5) == pytest.approx(-0.5, abs=0.01)
 
 
-def test_a_robot_that_does_not_move_is_reported(stack: Callable[..., LockStep]) -> None:
+def test_a_robot_that_does_not_move_is_reported(stack: Stack) -> None:
     session = stack()
     session.client.create_subscription(Twist, "unheeded", lambda message: None, 1)
     with (
@@ -118,7 +117,7 @@ def test_a_robot_that_does_not_move_is_reported(stack: Callable[..., LockStep]) 
         robot.forward(0.5, speed=0.5)
 
 
-def test_values_that_make_no_sense_are_refused(stack: Callable[..., LockStep]) -> None:
+def test_values_that_make_no_sense_are_refused(stack: Stack) -> None:
     calls: list[tuple[Callable[[Robot], Any], str]] = [
         (lambda robot: robot.turn(90), r"radians = 90 .* radians \(math\.radians\(90\)"),
         (lambda robot: robot.turn(math.nan), "radians = nan is not valid"),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -15,8 +14,8 @@ from arjuna_core.ros.convert import transform_msg
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 from arjuna_core.se2 import SE2
 from bringup.client.robot import Robot
-from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SLAM_GROUP, Group
+from tests.helpers.robots import Stack
 
 WRONG: dict[str, dict[str, Any]] = {
     "slam_toolbox": {"base_frame": "chassis"},
@@ -35,7 +34,7 @@ WRONG: dict[str, dict[str, Any]] = {
     ids=["slam", "amcl", "costmap"],
 )
 def test_a_wrong_base_frame_is_said_with_its_remedy(
-    stack: Callable[..., LockStep],
+    stack: Stack,
     group: Group,
     node: str,
     parameter: str,
@@ -49,16 +48,12 @@ def test_a_wrong_base_frame_is_said_with_its_remedy(
     assert sum(f"set {parameter}" in line for line in lines) == 1
 
 
-def test_a_right_one_is_not_spoken_of(
-    stack: Callable[..., LockStep], capfd: pytest.CaptureFixture[str]
-) -> None:
+def test_a_right_one_is_not_spoken_of(stack: Stack, capfd: pytest.CaptureFixture[str]) -> None:
     stack(SLAM_GROUP, NAVIGATION_GROUP).run(3.0)
     assert "does not exist" not in capfd.readouterr().err
 
 
-def test_a_script_finds_the_pose_in_a_robots_own_frames(
-    stack: Callable[..., LockStep],
-) -> None:
+def test_a_script_finds_the_pose_in_a_robots_own_frames(stack: Stack) -> None:
     robot = stack()
     robot.run(1.0)
     with Robot(session=robot) as script:

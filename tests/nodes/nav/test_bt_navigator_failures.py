@@ -182,9 +182,7 @@ def test_a_pose_that_is_known_later_is_waited_for(robot: PlayedRobot) -> None:
     robot.succeed(goal, 30.0)
 
 
-def test_a_goal_waiting_for_the_pose_is_replaced_and_cancelled(
-    robot: PlayedRobot,
-) -> None:
+def test_a_goal_waiting_for_the_pose_is_replaced_and_cancelled(robot: PlayedRobot) -> None:
     robot.localized = False
     robot.run(1.0)
     diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
@@ -198,9 +196,7 @@ def test_a_goal_waiting_for_the_pose_is_replaced_and_cancelled(
     assert_stopped_for_good(robot)
 
 
-def test_a_lost_pose_stops_the_robot_until_it_is_known(
-    robot: PlayedRobot,
-) -> None:
+def test_a_lost_pose_stops_the_robot_until_it_is_known(robot: PlayedRobot) -> None:
     diagnostics = robot.bench.collect(DiagnosticArray, "/diagnostics")
     goal = go(robot, SE2(3.0, 1.0))
     drive(robot)

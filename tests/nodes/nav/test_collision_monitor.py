@@ -113,9 +113,7 @@ def test_zero_is_repeated_for_a_while_only(timeout: float) -> None:
 
 
 @pytest.mark.parametrize("brakes", [True, False])
-def test_a_silent_scanner_slows_the_robot_before_the_timeout_or_not(
-    brakes: bool,
-) -> None:
+def test_a_silent_scanner_slows_the_robot_before_the_timeout_or_not(brakes: bool) -> None:
     robot = made(source_timeout=2.0, brake_before_source_timeout=brakes)
     drive(robot, 0.1, 0.5)
     robot.sees = False
@@ -123,9 +121,7 @@ def test_a_silent_scanner_slows_the_robot_before_the_timeout_or_not(
     assert (robot.command.x < 0.09) is brakes
 
 
-def test_a_blind_robot_names_the_silent_topic(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_a_blind_robot_names_the_silent_topic(capfd: pytest.CaptureFixture[str]) -> None:
     robot = made(**{"scan.topic": "front/scan"})
     drive(robot, 0.2, 0.5)
     assert robot.command == STILL

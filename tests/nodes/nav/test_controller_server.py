@@ -56,9 +56,7 @@ def test_a_path_is_followed_to_its_end(robot: PlayedRobot) -> None:
     assert max(each.speed for each in goal.feedback) == pytest.approx(0.4, abs=0.01)
 
 
-def test_turns_that_a_car_cannot_make_are_reported_once(
-    capfd: pytest.CaptureFixture[str],
-) -> None:
+def test_turns_that_a_car_cannot_make_are_reported_once(capfd: pytest.CaptureFixture[str]) -> None:
     robot = made(min_turning_radius=0.6)
     for _ in range(2):
         follow(robot, path((2.0, 0.0)))

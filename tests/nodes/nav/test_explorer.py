@@ -184,9 +184,7 @@ def test_time_set_back_restarts_patience(exploration: Exploration) -> None:
     assert exploration.said.startswith("done")
 
 
-def test_a_robot_that_sees_only_ahead_turns_round_at_the_end(
-    exploration: Exploration,
-) -> None:
+def test_a_robot_that_sees_only_ahead_turns_round_at_the_end(exploration: Exploration) -> None:
     exploration.hide((-5.5, 1.0))  # it stands at 0, in what is unknown
     exploration.robot.run(2.0)
     assert exploration.navigator.turns == pytest.approx([2.0 * np.pi])

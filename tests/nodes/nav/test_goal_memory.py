@@ -11,7 +11,7 @@ from nav2_msgs.action import FollowWaypoints
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import STILL
 from bringup.stack import NAVIGATION_GROUP
-from tests.helpers.nav.navigation import CANCELED, SUCCEEDED, PlayedRobot, started
+from tests.helpers.nav.navigation import CANCELED, PlayedRobot, started
 from tests.helpers.nav.navigator_goals import GOAL, TOLERANCE, drive, go, stamped, through
 
 FAR = SE2(2.0, 1.0)
@@ -78,16 +78,17 @@ def test_a_list_of_waypoints_is_resumed_where_it_was(tmp_path: Path) -> None:
 def test_what_has_ended_is_not_resumed(tmp_path: Path, how: str) -> None:
     robot = kept_in(tmp_path, kept=how != "not asked for", settle=1.0)
     goal = go(robot, SE2(0.4, 0.0) if how == "reached" else FAR)
-    robot.run(5.0)
     if how == "reached":
-        assert goal.status == SUCCEEDED
+        robot.succeed(goal, 5.0)
+    else:
+        robot.run(1.0)
     if how == "cancelled":
         goal.cancel()
         assert goal.status == CANCELED
     if how == "deactivated":
         robot.transition("bt_navigator", "deactivate")
     again = kept_in(tmp_path, killed(robot))
-    again.run(2.0)
+    again.run(1.5)
     assert again.commands == []
 
 

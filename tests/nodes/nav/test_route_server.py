@@ -263,9 +263,7 @@ def test_the_speed_limit_of_an_edge_is_published_and_lifted_at_the_end(tmp_path:
     ]
 
 
-def test_a_tracked_route_is_rerouted_by_the_plugins_name(
-    tmp_path: Path,
-) -> None:
+def test_a_tracked_route_is_rerouted_by_the_plugins_name(tmp_path: Path) -> None:
     again = {"plugin": "nav2_route::ReroutingService"}
     robot = serving(tmp_path, operations=["Again"], Again=again)
     service, request = "route_server/Again/reroute", Trigger.Request()

@@ -59,10 +59,13 @@ from nav2_common.launch import RewrittenYaml
 _FOREVER = ["sleep", "60"]
 
 
+Launch = Callable[..., tuple[int, str]]
+
+
 @pytest.fixture
 def launched(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
-) -> Callable[..., tuple[int, str]]:
+) -> Launch:
     monkeypatch.setenv("ROS_LOG_DIR", str(tmp_path))
 
     def run(*actions: Any) -> tuple[int, str]:
@@ -75,9 +78,7 @@ def launched(
     return run
 
 
-def test_events_of_a_process_are_in_order(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_events_of_a_process_are_in_order(launched: Launch) -> None:
     talker = ExecuteProcess(cmd=["echo", "hello"], output="screen", name="talker")
     said: list[str] = []
     code, printed = launched(
@@ -104,7 +105,7 @@ def test_events_of_a_process_are_in_order(
     assert places == sorted(places)
 
 
-def test_every_action_says_when_it_is_done(launched: Callable[..., tuple[int, str]]) -> None:
+def test_every_action_says_when_it_is_done(launched: Launch) -> None:
     one, two = LogInfo(msg="one"), TimerAction(period=0.3, actions=[LogInfo(msg="two")])
     left_out = LogInfo(msg="three", condition=IfCondition("false"))
     done = [
@@ -122,7 +123,7 @@ def test_every_action_says_when_it_is_done(launched: Callable[..., tuple[int, st
 
 
 def test_output_goes_where_it_is_asked_to(
-    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+    launched: Launch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     both = ["bash", "-c", "echo out; echo err >&2"]
     shown = {}
@@ -134,9 +135,7 @@ def test_output_goes_where_it_is_asked_to(
     assert (code, "valid: screen, both" in printed) == (1, True)
 
 
-def test_a_required_processs_end_ends_all(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_a_required_processs_end_ends_all(launched: Launch) -> None:
     needed = ExecuteProcess(cmd=["sh", "-c", "exit 3"], on_exit=Shutdown(reason="no"), name="core")
     other = ExecuteProcess(cmd=_FOREVER)
     code, printed = launched(other, needed)
@@ -146,9 +145,7 @@ def test_a_required_processs_end_ends_all(
     assert (code, other.return_code) == (0, -signal.SIGINT)
 
 
-def test_an_end_that_no_process_s_end_asks_for_blames_none(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_an_end_that_no_process_s_end_asks_for_blames_none(launched: Launch) -> None:
     done, other = ExecuteProcess(cmd=["true"]), ExecuteProcess(cmd=_FOREVER)
     noted = RegisterEventHandler(OnProcessExit(target_action=done, on_exit=[LogInfo(msg="done")]))
     code, printed = launched(
@@ -157,9 +154,7 @@ def test_an_end_that_no_process_s_end_asks_for_blames_none(
     assert (code, "done" in printed, "was required" in printed) == (0, True, False)
 
 
-def test_an_end_that_asks_for_all_to_end_hurries_none(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_an_end_that_asks_for_all_to_end_hurries_none(launched: Launch) -> None:
     loop = "trap 'sleep 0.5; exit 0' INT; echo up; while :; do sleep 0.1; done"
     slow = ExecuteProcess(cmd=["bash", "-c", loop])
     both = [ExecuteProcess(cmd=_FOREVER, on_exit=Shutdown()) for _ in range(2)]
@@ -168,7 +163,7 @@ def test_an_end_that_asks_for_all_to_end_hurries_none(
     assert slow.return_code == 0
 
 
-def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[int, str]]) -> None:
+def test_a_process_that_stays_is_ended_by_force(launched: Launch) -> None:
     deaf = ExecuteProcess(
         cmd=["bash", "-c", "trap '' INT TERM; echo deaf; sleep 30 & wait; wait"],
         sigterm_timeout="0.1",
@@ -188,9 +183,7 @@ def test_a_process_that_stays_is_ended_by_force(launched: Callable[..., tuple[in
         (lambda a: ShutdownProcess(process_matcher=a), signal.SIGINT),
     ],
 )
-def test_one_process_is_ended_by_an_event(
-    event: Any, number: int, launched: Callable[..., tuple[int, str]]
-) -> None:
+def test_one_process_is_ended_by_an_event(event: Any, number: int, launched: Launch) -> None:
     one = ExecuteProcess(cmd=_FOREVER)
     ends = EmitEvent(event=event(matches_action(one)))
     code, _ = launched(
@@ -199,17 +192,13 @@ def test_one_process_is_ended_by_an_event(
     assert (code, one.return_code) == (0, -number)
 
 
-def test_a_process_respawns_as_often_as_it_may(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_a_process_respawns_as_often_as_it_may(launched: Launch) -> None:
     again = ExecuteProcess(cmd=["true"], respawn="True", respawn_max_retries=2)
     _, printed = launched(again)
     assert printed.count("process started with pid") == 3
 
 
-def test_a_missing_program_is_named(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_a_missing_program_is_named(launched: Launch) -> None:
     code, printed = launched(
         ExecuteProcess(cmd=["no_such_program"]), ExecuteProcess(cmd=["echo", "x"], output="screen")
     )
@@ -219,7 +208,7 @@ def test_a_missing_program_is_named(
 
 
 def test_a_group_keeps_its_settings_to_itself(
-    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+    launched: Launch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("GIVEN", "outside")
     words = ["printenv", "GIVEN"]
@@ -243,9 +232,7 @@ def test_a_group_keeps_its_settings_to_itself(
     assert "environment variable 'GIVEN' is not set" in printed or "'a' does not exist" in printed
 
 
-def test_functions_and_coroutines_get_the_context(
-    launched: Callable[..., tuple[int, str]],
-) -> None:
+def test_functions_and_coroutines_get_the_context(launched: Launch) -> None:
     async def later(context: LaunchContext) -> None:
         await asyncio.sleep(0.0)
         context.extend_locals({"seen": context.launch_configurations["n"]})
@@ -262,7 +249,7 @@ def test_functions_and_coroutines_get_the_context(
 
 
 def test_a_launch_file_s_arguments_are_no_remappings(
-    launched: Callable[..., tuple[int, str]], monkeypatch: pytest.MonkeyPatch
+    launched: Launch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(lifecycle, "_PATIENCE", 0.1)
     monkeypatch.setattr(sys, "argv", ["ros2", "launch", "a.launch.py", "label:=hello"])
@@ -416,7 +403,7 @@ def test_a_substitution_of_one_s_own_is_known_in_texts() -> None:
 
 
 def test_a_file_that_is_rewritten_in_a_context_of_its_own_is_there_when_it_is_read(
-    tmp_path: Path, launched: Callable[..., tuple[int, str]]
+    tmp_path: Path, launched: Launch
 ) -> None:
     (tmp_path / "nav2.yaml").write_text("amcl: {ros__parameters: {alpha1: 0.2}}")
     rewritten = RewrittenYaml(

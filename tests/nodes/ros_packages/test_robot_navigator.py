@@ -161,22 +161,24 @@ def test_a_turtlebot4_leaves_its_dock_and_drives(
     dock.destroy_node()
 
 
-def test_a_cancelled_goal_says_so(navigator: BasicNavigator) -> None:
+@pytest.mark.parametrize(
+    "cancel",
+    [
+        BasicNavigator.cancelTask,
+        lambda navigator: navigator.cancelNav(),  # as Galactic calls it
+        lambda navigator: navigator.goal_handle.cancel_goal_async(),
+    ],
+)
+def test_a_cancelled_goal_says_so(navigator: BasicNavigator, cancel: Any) -> None:
     assert navigator.goToPose(at(3.0))
     assert not navigator.isTaskComplete()
+    assert not navigator.result_future.done()
     assert navigator.getResult() is TaskResult.UNKNOWN
-    navigator.cancelTask()
-    while not navigator.isTaskComplete():
-        pass
-    assert navigator.getResult() is TaskResult.CANCELED
-
-
-def test_a_goal_is_cancelled_by_galactics_names(navigator: BasicNavigator) -> None:
-    assert navigator.goToPose(at(3.0))
-    navigator.cancelNav()
+    cancel(navigator)
     while not navigator.isNavComplete():
-        pass
-    assert navigator.getResult() is NavigationResult.CANCELED
+        rclpy.spin_once(navigator, timeout_sec=0.1)
+    assert navigator.isTaskComplete()
+    assert navigator.getResult() is TaskResult.CANCELED is NavigationResult.CANCELED
 
 
 def test_a_program_sends_a_goal_by_the_navigator_s_own_client(navigator: BasicNavigator) -> None:
@@ -193,15 +195,6 @@ def test_a_program_sends_a_goal_by_the_navigator_s_own_client(navigator: BasicNa
     assert own.getResult() is TaskResult.SUCCEEDED
     assert own.result_future.result().result.error_code == 0
     assert own.feedback.distance_remaining == 1.0
-
-
-def test_a_program_cancels_by_the_handle(navigator: BasicNavigator) -> None:
-    assert navigator.goToPose(at(3.0))
-    assert not navigator.result_future.done()
-    cancelled = navigator.goal_handle.cancel_goal_async()
-    while not cancelled.done() or not navigator.isTaskComplete():
-        rclpy.spin_once(navigator, timeout_sec=0.1)
-    assert navigator.getResult() is TaskResult.CANCELED
 
 
 def test_there_is_feedback_from_the_second_goal_s_start_on(navigator: BasicNavigator) -> None:

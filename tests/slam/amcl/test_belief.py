@@ -69,9 +69,7 @@ def test_injected_particles_come_from_anywhere_free() -> None:
 
 
 @pytest.mark.parametrize("tied", [(True, True, True), (True, True, False)])
-def test_a_scan_that_fits_alike_leaves_the_shares(
-    tied: tuple[bool, bool, bool],
-) -> None:
+def test_a_scan_that_fits_alike_leaves_the_shares(tied: tuple[bool, bool, bool]) -> None:
     some = belief()
     some.seed(TIED, SEED_COVARIANCE)
     clusters = some.clusters()

@@ -68,7 +68,7 @@ def test_tracking_error_is_below_3_cm(motion: str, sensor: str) -> None:
     run.filter.set_pose(run.robot.pose @ SE2(0.2, -0.2, 0.15), RVIZ)
     run.drive(10)
     errors = []
-    for _ in range(150):
+    for _ in range(60):
         run.drive(1)
         errors.append(run.error[0])
         assert run.estimate is not None

@@ -26,7 +26,7 @@ CONFIG = AmclConfig()
 MATCHER = MapMatcher(CONFIG, MapField(room_map(), CONFIG.laser_likelihood_max_dist))
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_refinement_returns_to_the_true_pose(seed: int) -> None:
     rng = np.random.default_rng(seed)
     truth = random_pose(rng)
@@ -55,7 +55,7 @@ def test_refinement_without_anything_to_match_returns_the_given_pose() -> None:
     np.testing.assert_allclose(MATCHER.refined(pose, view).array(), pose.array(), atol=1e-12)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(4))
 def test_agreement_is_high_at_the_truth_and_low_elsewhere(seed: int) -> None:
     rng = np.random.default_rng(seed)
     truth, other = random_pose(rng), random_pose(rng)
@@ -315,9 +315,7 @@ def searching(
     return Recovery(CONFIG, scripted.matcher(patch)), looked
 
 
-def test_poses_of_equal_fit_share_the_evidence(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_poses_of_equal_fit_share_the_evidence(monkeypatch: pytest.MonkeyPatch) -> None:
     """Each beam of 40 that more agree makes a pose e times as likely."""
     agreements = {1.0: 0.8, 2.0: 0.9, 2.1: 0.89, 3.0: 0.795, 4.0: 0.85}
     agreements |= {float(x): 0.81 for x in range(5, 12)}
@@ -368,9 +366,7 @@ def test_another_pose_must_fit_the_better_the_fewer_beams_return(
         assert bool(searched.search(hypothesis(present), replace(whole, many=many))) is goes
 
 
-def test_a_wanted_search_takes_the_best(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_a_wanted_search_takes_the_best(monkeypatch: pytest.MonkeyPatch) -> None:
     searched, _ = searching(monkeypatch, {0.0: 0.99, 5.0: 0.2}, 5.0)
     searched.restart(search=True)
     assert searched.due(1.0, 0.0)

@@ -162,9 +162,7 @@ def test_the_kernel_is_as_wide_as_what_it_must_believe_and_tightens(
     assert scripted.scales[-1] == 3.0
 
 
-def test_the_graph_moves_once_with_newer_nodes_beside_the_last(
-    scripted: Scripted,
-) -> None:
+def test_the_graph_moves_once_with_newer_nodes_beside_the_last(scripted: Scripted) -> None:
     scripted.ends = [UNFINISHED, UNFINISHED]
     graph = straight()
     work = BackEnd(BackEndConfig(), graph)

@@ -66,9 +66,7 @@ def surface(count: int) -> Surface:
     return Surface(points, np.zeros((count, 2)), np.zeros(count, np.bool_))
 
 
-def test_the_field_holds_all_walls_of_the_graph(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_the_field_holds_all_walls_of_the_graph(monkeypatch: pytest.MonkeyPatch) -> None:
     field = mapped(Scripted(), 8.0, 4.0, monkeypatch).field
     x = np.arange(-3.9, 3.9, 0.05)
     walls = FIRST.apply(np.column_stack((np.tile(x, 2), np.repeat((-2.0, 2.0), len(x)))))

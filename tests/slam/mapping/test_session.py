@@ -6,8 +6,6 @@ import dataclasses
 import hashlib
 import io
 import signal
-import subprocess
-import sys
 import zipfile
 from dataclasses import replace
 from pathlib import Path
@@ -23,6 +21,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind
 from arjuna_slam.mapping.session import Session, SessionFileError, load_session, save_session
+from tests.helpers.killed import killed
 
 
 def test_where_odometry_was_is_kept_and_earlier_files_do_not_know_it(
@@ -160,35 +159,6 @@ def test_a_disk_that_returns_other_bytes_is_noticed_and_the_old_file_stays(
     assert file.read_bytes() == whole
 
 
-_CHILD = """
-import os, resource, signal, sys
-from pathlib import Path
-from arjuna_slam.mapping.session import load_session, save_session
-
-new, target, point, number = Path(sys.argv[1]), Path(sys.argv[2]), sys.argv[3], int(sys.argv[4])
-session = load_session(new)
-calls = 0
-
-def killing(call, number):
-    def wrapped(*arguments):
-        global calls
-        calls += 1
-        if calls == number:
-            os.kill(os.getpid(), signal.SIGKILL)
-        return call(*arguments)
-    return wrapped
-
-if point == "write":
-    signal.signal(signal.SIGXFSZ, signal.SIG_DFL)
-    resource.setrlimit(resource.RLIMIT_FSIZE, (number, number))
-if point == "fsync":
-    os.fsync = killing(os.fsync, number)
-if point == "replace":
-    Path.replace = killing(Path.replace, number)
-save_session(target, session)
-"""
-
-
 @pytest.mark.parametrize(
     ("point", "number", "saved"),
     [
@@ -204,13 +174,8 @@ def test_killed_while_saving_the_file_is_the_old_or_the_new(
     old = file.read_bytes()
     new = tmp_path / "new.posegraph"
     save_session(new, dataclasses.replace(session, travel=session.travel + 1.0))
-    child = subprocess.run(
-        [sys.executable, "-c", _CHILD, str(new), str(file), point, str(number)],
-        cwd=Path(__file__).resolve().parents[3],
-        check=False,
-    )
-    killed = -signal.SIGXFSZ if point == "write" else -signal.SIGKILL
-    assert child.returncode == killed
+    ended = killed(lambda: save_session(file, load_session(new)), point, number)
+    assert ended == (signal.SIGXFSZ if point == "write" else signal.SIGKILL)
     assert file.read_bytes() == (new.read_bytes() if saved else old)
     save_session(file, load_session(new))  # what the killed one left is in nobody's way
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new.posegraph", "room.posegraph"]

@@ -58,7 +58,7 @@ def law(seen: SE2, v_max: float, v_min: float = 0.1) -> Velocity:
     return Velocity(v if abs(bend) < 1e-6 else min(v, abs(w / bend)), yaw_rate=w)
 
 
-@pytest.mark.parametrize("seed", range(25))
+@pytest.mark.parametrize("seed", range(8))
 def test_steers_by_the_law_to_the_farthest_pose_within_the_lookahead(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pose = SE2(rng.uniform(0.5, 2.4), rng.uniform(-0.5, 0.5), rng.uniform(-0.4, 0.4))

@@ -66,7 +66,7 @@ def arc(pose: SE2, lookahead: float = 0.6) -> tuple[float, float, float]:
     return seen.x, seen.y, 2.0 * seen.y / lookahead**2
 
 
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", range(6))
 def test_drives_the_arc_through_the_point_a_lookahead_away(seed: int) -> None:
     rng = np.random.default_rng(seed)
     pose = SE2(rng.uniform(1.0, 3.0), rng.uniform(-0.3, 0.3), rng.uniform(-0.25, 0.25))

@@ -29,7 +29,7 @@ def numbered() -> NDArray[np.uint8]:
     return np.arange(24, dtype=np.uint8).reshape(4, 6)
 
 
-@pytest.mark.parametrize("seed", range(30))
+@pytest.mark.parametrize("seed", range(8))
 def test_what_both_grids_cover_is_kept_where_it_lies(seed: int) -> None:
     rng = np.random.default_rng(seed)
     by = OLD.origin @ SE2(0.5 * int(rng.integers(-8, 9)), 0.5 * int(rng.integers(-6, 7)))

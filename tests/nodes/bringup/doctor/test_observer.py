@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from typing import Any
 
 import pytest
@@ -18,11 +17,12 @@ from bringup.doctor.report import diagnose
 from bringup.doctor.snapshot import Clock
 from bringup.lockstep import LockStep
 from bringup.stack import LOCALIZATION_GROUP
+from tests.helpers.robots import Stack
 
 _MACHINE = {"installation", "graphics", "resources", "discovery"}  # not the robot's
 
 
-def _robot(stack: Callable[..., LockStep], **amcl: Any) -> LockStep:
+def _robot(stack: Stack, **amcl: Any) -> LockStep:
     parameters = {
         "map_server": {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))},
         "amcl": amcl,
@@ -39,9 +39,7 @@ def _findings(robot: LockStep) -> dict[str, str]:
     }
 
 
-def test_a_robot_that_is_well_has_no_findings_and_what_breaks_is_named(
-    stack: Callable[..., LockStep],
-) -> None:
+def test_a_robot_that_is_well_has_no_findings_and_what_breaks_is_named(stack: Stack) -> None:
     robot = _robot(stack)
     watcher = Watcher(robot)
     watcher.rows(0.5)
@@ -86,7 +84,7 @@ def test_a_robot_that_is_well_has_no_findings_and_what_breaks_is_named(
     assert "zones: they are not kept" in found["parameters"]
 
 
-def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Callable[..., LockStep]) -> None:
+def test_a_robot_put_elsewhere_does_not_fit_the_map(stack: Stack) -> None:
     robot = _robot(
         stack,
         set_initial_pose=True,

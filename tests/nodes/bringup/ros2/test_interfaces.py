@@ -23,9 +23,7 @@ def output(capsys: pytest.CaptureFixture[str], *words: str) -> str:
     return capsys.readouterr().out
 
 
-def test_show_indents_nested_types_without_comments(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_show_indents_nested_types_without_comments(capsys: pytest.CaptureFixture[str]) -> None:
     assert output(capsys, "interface", "show", "geometry_msgs/msg/PoseStamped") == (
         "# A Pose with reference coordinate frame and timestamp\n\n"
         "std_msgs/Header header\n\tbuiltin_interfaces/Time stamp\n\t\tint32 sec\n"
@@ -41,9 +39,7 @@ def test_show_without_comments(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
-def test_show_all_comments_has_nested_ones(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_show_all_comments_has_nested_ones(capsys: pytest.CaptureFixture[str]) -> None:
     text = output(capsys, "interface", "show", "geometry_msgs/msg/Twist", "--all-comments")
     assert "\t# This represents a vector in free space.\n" in text
 
@@ -86,9 +82,7 @@ def test_comments_go_as_far_as_ros2cli_finds_them(line: str, expected: str | Non
     assert bare(line) == expected
 
 
-def test_interfaces_of_every_kind_are_shown(
-    capsys: pytest.CaptureFixture[str],
-) -> None:
+def test_interfaces_of_every_kind_are_shown(capsys: pytest.CaptureFixture[str]) -> None:
     names = output(capsys, "interface", "list").split()
     names = [name for name in names if "/" in name]
     assert len(names) > 200
