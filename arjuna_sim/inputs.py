@@ -109,7 +109,7 @@ def frames_and_topics(robot: RobotModel) -> dict[str, frozenset[str]]:
         "scan_topic": scans,
         "cloud_topic": clouds | scans if clouds else (),
         "odom_topic": (drive.odometry_topic, drive.fused_topic),
-        "base_frame": {*robot.urdf.links, *(sensor.frame for sensor in sensors)},
+        "base_frame": {*robot.urdf.links, *(s.frame for s in sensors), drive.base_frame},
         "odom_frame": (drive.odometry_frame,),
     }
     return {key: frozenset(name.strip("/") for name in names) for key, names in found.items()}

@@ -18,7 +18,13 @@ from arjuna_core.transforms import TransformBuffer, TransformError
 if TYPE_CHECKING:
     from arjuna_core.ros.health.guarded import GuardedNode
 
-__all__ = ["TransformBuffer", "TransformError", "TransformListener", "transforms_msg"]
+__all__ = [
+    "TransformBuffer",
+    "TransformError",
+    "TransformListener",
+    "TransformPublisher",
+    "transforms_msg",
+]
 
 _made = maker(TFMessage, "transforms")
 
@@ -26,6 +32,25 @@ _made = maker(TFMessage, "transforms")
 def transforms_msg(*transforms: TransformStamped) -> TFMessage:
     """Return transforms as a message of /tf."""
     return _made(list(transforms))
+
+
+class TransformPublisher:
+    """Publishes transforms below the robot's namespace.
+
+    Args:
+        node: Has a `publisher`, a `process` and a `keep`, as a managed one.
+        shared: Whether they go to all robots' topic too, for their frames are this robot's by name.
+    """
+
+    def __init__(self, node: Any, topic: str, profile: Any, shared: bool) -> None:
+        self._out = [node.publisher(TFMessage, topic, profile)]
+        if shared and node.process.absolute(topic) != topic:
+            self._out.append(node.keep(node.create_publisher(TFMessage, topic, profile)))
+
+    def publish(self, message: TFMessage) -> None:
+        """Publish a message of /tf or /tf_static."""
+        for out in self._out:
+            out.publish(message)
 
 
 class TransformListener:

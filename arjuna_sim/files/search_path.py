@@ -20,7 +20,7 @@ _API = re.compile(r"[^/]+/1\.0/([^/]+)/models/([^/]+)(?:/(\d+|tip))?(?:/files)?(
 _PAGE = re.compile(r"[^/]+/([^/]+)/fuel/models/([^/]+)(?:/(\d+))?(?:/(.*))?")
 PACKAGE_VARIABLE = "ROS_PACKAGE_PATH"
 MODEL_VARIABLE = "GAZEBO_MODEL_PATH"
-_MODEL_VARIABLES = (
+RESOURCE_VARIABLES = (
     MODEL_VARIABLE,
     "GZ_SIM_RESOURCE_PATH",
     "IGN_GAZEBO_RESOURCE_PATH",
@@ -75,7 +75,7 @@ class SearchPath:
                 the folders in which Gazebo itself keeps models.
         """
         shares = [folder / "share" for folder in environment_folders("AMENT_PREFIX_PATH")]
-        known = [folder for name in _MODEL_VARIABLES for folder in environment_folders(name)]
+        known = [folder for name in RESOURCE_VARIABLES for folder in environment_folders(name)]
         named = [Path(folder) for folder in packages] + environment_folders(PACKAGE_VARIABLE)
         own = [found for folder in _MODELS if (found := folder.expanduser()).is_dir()]
         return SearchPath(

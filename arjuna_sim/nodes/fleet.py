@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import dataclasses
 from collections.abc import Iterator
+from dataclasses import dataclass
 
 from rclpy.lifecycle import TransitionCallbackReturn
 from rosgraph_msgs.msg import Clock
 
+from arjuna_core.config import fixed
 from arjuna_core.errors import ArjunaError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import time_msg
@@ -30,9 +32,17 @@ class RobotStartError(ArjunaError):
     """A robot's nodes could not be brought up."""
 
 
+@dataclass(frozen=True)
+class SimulatedRobotConfig:
+    """Parameters of the node `simulated_robot`."""
+
+    robot: str = fixed("", "The robot's file, for who drives it.")
+
+
 class SimulatedRobotNode(ManagedNode):
     """One robot's topics, and the time; the simulator's node has its parameters, and ticks it."""
 
+    Config = SimulatedRobotConfig
     DEFAULT_NAME = "simulated_robot"
     robot: DrivenRobot
     stage: Stage
@@ -68,7 +78,7 @@ class RobotNodes:
     ) -> None:
         self.namespace, self.robot = namespace, robot
         self._process = Process("robot", True, namespace=namespace, beside=beside)
-        self._node = SimulatedRobotNode(self._process)
+        self._node = SimulatedRobotNode(self._process, {"robot": str(robot.model.urdf.path)})
         is_described = self._node.count_publishers("robot_description") > 0  # by a launch file
         config = dataclasses.replace(config, frames_of_file=is_described)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config

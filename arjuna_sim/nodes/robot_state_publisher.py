@@ -9,7 +9,6 @@ from typing import Any
 from geometry_msgs.msg import TransformStamped
 from sensor_msgs.msg import JointState
 from std_msgs.msg import String
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import fixed, param
 from arjuna_core.errors import ConfigError, RobotError
@@ -17,7 +16,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import transforms_msg
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_core.timing import Periodic
 from arjuna_sim.inputs import described, named_robot
 from arjuna_sim.model.optical import sensor_frame
@@ -63,8 +62,9 @@ class RobotStatePublisherNode(ManagedNode):
         """Load the robot and create the topics."""
         self._load(self.config)
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
-        self._static = self.publisher(TFMessage, "/tf_static", qos.TF_STATIC)
-        self._moving = self.publisher(TFMessage, "/tf", qos.TF)
+        shared = bool(self.config.frame_prefix)
+        self._static = TransformPublisher(self, "/tf_static", qos.TF_STATIC, shared)
+        self._moving = TransformPublisher(self, "/tf", qos.TF, shared)
         self._due = Periodic(1.0 / self.config.publish_frequency)
         self.subscribe(JointState, "joint_states", self._on_joints, qos.DEFAULT)
 

@@ -18,7 +18,7 @@ from arjuna_core.errors import RobotError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, scan_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import transforms_msg
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_core.timing import Periodic
 from arjuna_sim.devices.odometry import OdometryEstimate
@@ -91,6 +91,17 @@ def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
     return dataclasses.replace(settings, sensors=sensors)
 
 
+def _base_frame(robot: RobotModel) -> str:
+    """Return the root link, behind what its file puts before all names, as `robot1/`.
+
+    Somebody else's robot_state_publisher puts it there too (`frame_prefix`).
+    """
+    named, links = robot.drive.base_frame, robot.urdf.links
+    prefix, _, link = named.rpartition("/")
+    is_prefixed = bool(prefix) and link in links and named not in links
+    return f"{prefix}/{robot.urdf.root}" if is_prefixed else robot.urdf.root
+
+
 class RobotTopics:
     """Publishes an observation: transforms before the sensors that need them.
 
@@ -111,7 +122,9 @@ class RobotTopics:
         self.fused_topic = self.drive.fused_topic
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
-        self._base = robot.urdf.root
+        self._base = _base_frame(robot) if config.frames_of_file else robot.urdf.root
+        shared = self._base != robot.urdf.root
+        self._tf_out = TransformPublisher(node, "/tf", qos.TF, shared)
         self._truth = config.publish_ground_truth
         self._truth_out: Any = None
         _check_topics(robot.urdf.path, self.drive, self.settings)
@@ -126,7 +139,6 @@ class RobotTopics:
 
     def _create_publishers(self, node: ManagedNode) -> None:
         """Advertise what the robot has: who looks for a topic finds no empty one."""
-        self._tf_out = node.publisher(TFMessage, "/tf", qos.TF)
         if self.drive.wheels and "odom" in self.drive.publishes:
             self._odom_out = node.publisher(Odometry, self.drive.odometry_topic, qos.DEFAULT)
         self._joints_out = node.publisher(JointState, "joint_states", qos.DEFAULT)

@@ -194,8 +194,9 @@ class Connection(Session):
         namespace: str = "",
         use_sim_time: bool = False,
         executor: type[Executor] = EventsExecutor,
+        words: list[str] | None = None,
     ) -> None:
-        self._context = new_context()
+        self._context = new_context(words=words)
         self.client = Node(
             name,
             context=self._context,

@@ -54,6 +54,7 @@ _ENOUGH_CLOUDS: Parameters = {"sim": {"cloud_rate": 10.0}}
 _PATHS = {"robot", "world", "yaml_filename", "maps_folder"}
 """Parameters that are checked by reading what they name: the nodes need not be imported for it."""
 _PATIENCE = 1.0  # [s] for what runs to be discovered
+_GET = "/get_parameters"
 
 
 def groups_of(arguments: argparse.Namespace) -> tuple[Group, ...]:
@@ -213,16 +214,23 @@ def _robot_of_simulator(namespace: str) -> dict[str, Any]:
     from bringup.client.session import ClientError, Connection
 
     asked = ["robot", "robot_arguments", "standard_topics", "namespaces", "robots"]
-    services = [f"/{namespace}/sim/get_parameters"] if namespace else []
-    services += ["/sim/get_parameters"]
+    services = [*([f"/{namespace}/sim{_GET}"] if namespace else []), f"/sim{_GET}"]
     with closing(Connection("robot_probe")) as session:
-        request = GetParameters.Request(names=asked)
-        try:
-            answer = session.call(GetParameters, services, request, _PATIENCE)
-        except ClientError:
+
+        def values_of(services: list[str], names: list[str]) -> list[Any]:
+            request = GetParameters.Request(names=names)
+            try:
+                answer = session.call(GetParameters, services, request, _PATIENCE)
+            except ClientError:
+                return []
+            return list(map(parameter_value_to_python, answer.values))
+
+        if not (answered := values_of(services, asked)):
             return {}
-    *found, namespaces, robots = map(parameter_value_to_python, answer.values)
-    values = dict(zip(asked, found, strict=False))
-    if robots and namespace in namespaces:
-        values["robot"] = robots[list(namespaces).index(namespace)]
-    return values
+        *found, namespaces, robots = answered
+        values = dict(zip(asked, found, strict=False))
+        if namespace in (namespaces or ()) and robots:
+            values["robot"] = robots[list(namespaces).index(namespace)]
+        elif namespace and (own := values_of([f"/{namespace}/simulated_robot{_GET}"], ["robot"])):
+            values["robot"] = own[0]  # it was spawned
+        return values

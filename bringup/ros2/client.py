@@ -31,6 +31,7 @@ class Client(Connection):
     Args:
         arguments: The command line's, if any; `spin_time` and `use_sim_time` count.
         name: The node's name; a hidden one, as ros2cli's, if None.
+        words: Those that ROS reads its arguments from; the program's if None.
     """
 
     error = Ros2Error
@@ -40,10 +41,11 @@ class Client(Connection):
         arguments: argparse.Namespace | None = None,
         name: str | None = None,
         executor: type[Executor] = EventsExecutor,
+        words: list[str] | None = None,
     ) -> None:
         use_sim_time = bool(getattr(arguments, "use_sim_time", False))
         name = name or f"_ros2cli_{os.getpid()}"
-        super().__init__(name, use_sim_time=use_sim_time, executor=executor)
+        super().__init__(name, use_sim_time=use_sim_time, executor=executor, words=words)
         self.node = self.client
         self._limit = getattr(arguments, "spin_time", None)
 

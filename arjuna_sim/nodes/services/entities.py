@@ -5,6 +5,8 @@ from __future__ import annotations
 import dataclasses
 import re
 from collections.abc import Callable
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -13,11 +15,13 @@ from simulation_interfaces import srv
 from simulation_interfaces.msg import Resource, Result, Spawnable, SpawnResult
 
 from arjuna_core.errors import ArjunaError
+from arjuna_core.files.whole_file import own_folder
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.library import ResourceError
 from arjuna_sim.files.spawned import read_driven, read_entity
+from arjuna_sim.files.xml_file import root_tag
 from arjuna_sim.model.entities import BlockedPoseError, Entity, EntityError
-from arjuna_sim.model.robot import SOLO
+from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.nodes.fleet import NamespaceError
 from arjuna_sim.nodes.messages import box_msg
@@ -46,6 +50,7 @@ class EntityServices:
     def __init__(self, host: Host, known: KnownEntities) -> None:
         self._host = host
         self._known = known
+        self._texts: TemporaryDirectory[str] | None = None
         services: tuple[tuple[Any, str, Answer], ...] = (
             (srv.GetEntities, "get_entities", self._get_entities),
             (srv.GetEntitiesStates, "get_entities_states", self._get_entities_states),
@@ -198,8 +203,18 @@ class EntityServices:
         if not NAMESPACE.fullmatch(namespace):
             problem = f"a robot that drives needs an entity_namespace, for '{name}' cannot be one"
             raise RequestError(codes.NAMESPACE_INVALID, f"{problem}; valid: as /a/b")
+        if not what[0].strip():
+            robot = self._kept(robot, namespace, what[1])
         self._put(lambda: self._host.fleet.add(name, namespace, robot, pose.planar()))
         return name
+
+    def _kept(self, robot: RobotModel, namespace: str, text: str) -> RobotModel:
+        """Return a robot of a text with a file that holds it, which who drives it can read."""
+        self._texts = self._texts or own_folder("spawned")
+        ending = "sdf" if root_tag(text.encode()) == "sdf" else "urdf"
+        path = Path(self._texts.name, f"{namespace.replace('/', '.')}.{ending}")
+        path.write_text(text, encoding="utf-8")
+        return dataclasses.replace(robot, urdf=dataclasses.replace(robot.urdf, path=path))
 
     def _put(self, put: Callable[[], None]) -> None:
         try:

@@ -14,18 +14,29 @@ from typing import Any, NamedTuple
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
+from arjuna_sim.devices.sensors.camera import CameraSettings
+from arjuna_sim.devices.sensors.imu import ImuSettings
 from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
 
 _TOPIC = re.compile(r"(?P<topic>[^@]+)@(?P<type>[^@\[\]]+)(?P<direction>[@\[\]])[^@\[\]]+")
-_OF_MODEL = re.compile(r"/model/(?P<model>[^/]+)/(?P<topic>cmd_vel|odometry|tf)")
+_OF_GAZEBO = re.compile(
+    r"(/world/[^/]+)?/model/(?P<model>[^/]+)(/link/.+/sensor/(?P<sensor>[^/]+))?/(?P<topic>cmd_vel"
+    r"|odometry|tf|joint_state|imu|scan(/points)?|image|camera_info|depth_image|points)"
+)
+_CLOCK = re.compile(r"/world/[^/]+/clock")
 _OWN = {
-    "cmd_vel": ("cmd_vel", "ROS_TO_GZ"),
-    "odometry": ("odom", "GZ_TO_ROS"),
-    "tf": ("tf", "GZ_TO_ROS"),
+    "odometry": "odom",
+    "joint_state": "joint_states",
+    "imu": ImuSettings.TOPIC,
+    "image": CameraSettings.TOPIC,
+    "camera_info": "camera/camera_info",
+    "depth_image": "camera/depth/image_raw",
+    "points": "camera/points",
 }
-"""The robot's topic for each of Gazebo's, and its direction."""
+"""The robot's topic for each of Gazebo's that is called otherwise."""
+_LOOKS = 60  # at the graph, two a second, before what is not found is named
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
@@ -49,16 +60,21 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         Ros2Error: An argument or an entry is none.
     """
     given = ros_arguments(words)
+    space = given.remapped.get("__ns", "").rstrip("/")
+
+    def resolved(name: str) -> str:
+        name = given.remapped.get(name.lstrip("/"), name)
+        return name if name.startswith("/") else f"{space}/{name}"
+
     for word in given.own:
         found = _TOPIC.fullmatch(word)
         if found is None:
             raise Ros2Error(f"'{word}' is no topic; valid: /topic@package/msg/Type[gz.msgs.Type")
         topic = found["topic"]
-        ros = given.remapped.get(topic.lstrip("/"), topic)
-        yield Bridged(
-            absolute(topic), absolute(ros), found["type"], _DIRECTIONS[found["direction"]]
-        )
-    config = given.parameters.get("config_file", "")
+        direction = _DIRECTIONS[found["direction"]]
+        yield Bridged(absolute(topic), resolved(topic), found["type"], direction)
+    parameters = given.values
+    config, expands = parameters.get("config_file", ""), parameters.get("expand_gz_topic_names", "")
     for entry in (read_yaml(Path(config)) or ()) if config else ():
         names = entry if isinstance(entry, dict) else {}
         topic = names.get("topic_name", "")
@@ -66,25 +82,36 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         if not ros or not gz or not names.get("ros_type_name"):
             problem = "needs ros_topic_name, gz_topic_name (or topic_name) and ros_type_name"
             raise Ros2Error(f"{config}: the entry {entry} {problem}")
-        ros = given.remapped.get(ros.lstrip("/"), ros)
+        if expands.lower() == "true" and not gz.startswith("/"):
+            gz = f"{space}/{gz}"
         direction = str(names.get("direction", "BIDIRECTIONAL"))
-        yield Bridged(absolute(gz), absolute(ros), str(names["ros_type_name"]), direction)
+        yield Bridged(absolute(gz), resolved(ros), str(names["ros_type_name"]), direction)
+
+
+def _is_there(node: Any, name: str) -> bool:
+    return bool(node.count_publishers(name) or node.count_subscribers(name))
 
 
 def simulated(node: Any, topic: Bridged) -> Bridged | None:
-    """Return a topic by the simulator's name of it; None while the robot is not there.
+    """Return a topic by the simulator's name of it; None while it is not there.
 
-    Gazebo names topics of a robot whose file names none after its model; here they are the robot's
-    own, below its namespace where there are several robots.
+    Gazebo names topics of a robot whose file names none after its model and sensor; here they are
+    the robot's own, below its namespace where there are several robots.
     """
-    found = _OF_MODEL.fullmatch(topic.gz)
+    if _CLOCK.fullmatch(topic.gz):
+        topic = topic._replace(gz="/clock")
+    found = _OF_GAZEBO.fullmatch(topic.gz)
     if found is None:
-        return topic
-    own, direction = _OWN[found["topic"]]
-    count = node.count_subscribers if direction == "ROS_TO_GZ" else node.count_publishers
-    for name in (topic.gz, f"/{found['model']}/{own}", f"/{own}"):
+        return topic if _is_there(node, topic.gz) else None
+    last = found["topic"]
+    own, is_in = _OWN.get(last, last), last == "cmd_vel"
+    names = [f"{found['sensor']}/{own.rpartition('/')[2]}"] if found["sensor"] else []
+    spaces = f"/{found['model']}/", "/"
+    ours = (space + name for space in spaces for name in (*names, own))
+    count = node.count_subscribers if is_in else node.count_publishers
+    for name in (topic.gz, *ours):
         if count(name):
-            return topic._replace(gz=name, direction=direction)
+            return topic._replace(gz=name, direction="ROS_TO_GZ" if is_in else "GZ_TO_ROS")
     return None
 
 
@@ -117,7 +144,10 @@ class Relay:
 def main(words: list[str]) -> None:
     """Hand on what has two names until interrupted."""
     waiting, relays = list(bridged(words)), list[Relay]()
-    with Client(name="ros_gz_bridge") as client:
+    renamed, looks = ros_arguments(words).remapped, 0
+    own = [f"{name}:={new}" for name, new in renamed.items() if name.startswith("__")]
+    own = [word for one in own for word in ("-r", one)]  # topics' names are resolved already
+    with Client(name="ros_gz_bridge", words=["--ros-args", *own]) as client:
         client.discover()
         while True:
             found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}
@@ -128,6 +158,10 @@ def main(words: list[str]) -> None:
                     print(f"{topic.gz} is {topic.ros} too ({topic.direction})", flush=True)
             if found and not waiting and not relays:
                 print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
+            looks += 1
+            lacking = [t.gz for t in waiting if not _is_there(client.node, t.ros)]
+            if lacking and looks == _LOOKS:
+                print(f"not here yet: {', '.join(lacking)}", flush=True)
             for relay in relays:
                 relay.look()
             client.pause(0.5)

@@ -124,7 +124,7 @@ def create(words: list[str]) -> None:
     for name in ("x", "y", "z", "R", "P", "Y"):
         parser.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
     chosen, _ = parser.parse_known_args(given.own)
-    for name, value in given.parameters.items():
+    for name, value in given.values.items():
         if hasattr(chosen, name):
             setattr(chosen, name, float(value) if len(name) == 1 else value)
     with closing(SimulatorClient(_PATIENCE, given.remapped.get("__ns", ""))) as client:
@@ -136,7 +136,10 @@ def create(words: list[str]) -> None:
             resource = Resource(resource_string=chosen.string)
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
-        space = (chosen.robot_namespace or given.remapped.get("__ns", "")).strip("/")
+        space = given.remapped.get("__ns", "").strip("/")
+        if space and str(chosen.topic).startswith("/"):  # that of its description is the robot's
+            space = str(chosen.topic).strip("/").rpartition("/")[0] or space
+        space = chosen.robot_namespace.strip("/") or space
         described = f"/{space}/robot_description".replace("//", "/")
         if LAUNCHED in os.environ:  # with who describes the robot, where the simulator does not
             count = client.client.count_publishers

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from geometry_msgs.msg import Twist, TwistStamped
 from rclpy.qos import QoSProfile
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import CompressedImage, Image
 
 from arjuna_core.ros import qos
@@ -40,8 +41,9 @@ def relayed(name: str, words: list[str]) -> Relayed:
     """
     numbers, made = _KINDS[name]
     given = ros_arguments(words)
+    named = given.values
     keys = ("input_topic", *numbers, "output_topic")
-    own = given.own or [given.parameters.get(key, "") for key in keys]
+    own = given.own or [named.get(key, "") for key in keys]
     own = own[1:] if own[0] == "messages" else own
     try:
         values = [float(word) for word in own[1 : len(numbers) + 1]]
@@ -89,6 +91,8 @@ def _hand_on(words: list[str], name: str) -> None:
         publisher = node.create_publisher(kind, target, profile)
 
         def handed_on(message: bytes) -> None:
+            if kind is Clock and node.count_publishers(target) > 1:
+                return  # the simulator's: a time that comes later by another way goes back
             if asked.passes(node.get_clock().now().nanoseconds * 1e-9):
                 publisher.publish(message)
 
@@ -104,7 +108,7 @@ drop = partial(_hand_on, name="drop")
 
 def stamp(words: list[str]) -> None:
     """Hand the velocities of `cmd_vel_in` on as `cmd_vel_out`, with a time and a `frame_id`."""
-    frame = ros_arguments(words).parameters.get("frame_id", "")
+    frame = ros_arguments(words).values.get("frame_id", "")
 
     def stamped(twist: Any, now: Any) -> Any:
         message = TwistStamped(twist=twist)
@@ -145,7 +149,7 @@ def republish(words: list[str]) -> None:
         Ros2Error: A transport is neither raw nor compressed.
     """
     given = ros_arguments(words)
-    usual = [given.parameters.get(f"{side}_transport", "raw") for side in ("in", "out")]
+    usual = [given.values.get(f"{side}_transport", "raw") for side in ("in", "out")]
     source, target = [*given.own, *usual[len(given.own) :]][:2]
     if {source, target} - set(_PICTURES):
         raise Ros2Error(f"republish {source} {target}: valid: {', '.join(_PICTURES)}")

@@ -11,7 +11,6 @@ import shutil
 import signal
 import sys
 import time
-from collections import ChainMap
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from functools import partial
@@ -48,6 +47,12 @@ class RosArguments:
     files: list[str] = field(default_factory=list)
     level: str = ""
     unused: list[str] = field(default_factory=list)
+
+    @property
+    def values(self) -> dict[str, str]:
+        """The parameters of its files, whatever node they are of, and those given by name."""
+        files = load_parameters(self.files).values()
+        return {k: str(v) for file in files for k, v in file.items()} | self.parameters
 
 
 def ros_arguments(words: list[str]) -> RosArguments:
@@ -91,8 +96,8 @@ def _teleop(words: list[str]) -> NoReturn:
     if "cmd_vel" in given.remapped:
         options += ["--topic", given.remapped["cmd_vel"]]
     for name, usual in (("speed", "0.5"), ("turn", "1.0")):  # teleop_twist_keyboard's
-        options += [f"--{name}", given.parameters.get(name, usual)]
-    if given.parameters.get("stamped", "").lower() == "true":
+        options += [f"--{name}", given.values.get(name, usual)]
+    if given.values.get("stamped", "").lower() == "true":
         options.append("--stamped")
     arjuna("teleop", options)
 
@@ -106,7 +111,7 @@ def _save_map(words: list[str]) -> NoReturn:
     for name in ("occ", "free", "mode", "fmt"):
         parser.add_argument(f"--{name}", help=f"as 'arjuna save-map --{name}'")
     chosen = vars(parser.parse_args(given.own))
-    options = [chosen.pop("name"), "--timeout", given.parameters.get("save_map_timeout", "10.0")]
+    options = [chosen.pop("name"), "--timeout", given.values.get("save_map_timeout", "10.0")]
     for name, value in chosen.items():
         options += [f"--{name}", value] if value is not None else []
     arjuna("save-map", options)
@@ -142,12 +147,11 @@ def _slam_toolbox(words: list[str], parameter: str = "") -> NoReturn:
 
 
 def _foxglove(words: list[str]) -> NoReturn:
-    given = ros_arguments(words)
-    of_files = ChainMap(*reversed(load_parameters(given.files).values()))
+    given = ros_arguments(words).values
     options = ["--foxglove"]
     for name, option in (("port", "--port"), ("address", "--host")):
-        if value := given.parameters.get(name, of_files.get(name)):
-            options += [option, str(value)]
+        if value := given.get(name):
+            options += [option, value]
     arjuna("view", options)
 
 

@@ -24,6 +24,18 @@ def test_a_world_is_found_by_path_or_name(
     assert world_of(name).name.partition(".")[0] == Path(name).stem
 
 
+def test_a_world_is_found_where_gazebo_looks(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    world = tmp_path / "worlds" / "low" / "empty.sdf"
+    world.parent.mkdir(parents=True)
+    world.touch()
+    for variable in ("GAZEBO_RESOURCE_PATH", "GZ_SIM_RESOURCE_PATH"):
+        monkeypatch.setenv(variable, f"/nowhere:{tmp_path}")
+        assert world_of("worlds/low/empty.sdf") == world_of("low/empty.sdf") == world
+        monkeypatch.delenv(variable)
+
+
 @pytest.mark.parametrize(
     ("name", "named"),
     [("wearhouse.world", "did you mean 'warehouse.world'?"), ("maze", "valid: apriltag, ")],

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
+from rcl_interfaces.srv import GetParameters
 from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import LaserScan
 from simulation_interfaces.srv import DeleteEntity, ResetSimulation, SpawnEntity
@@ -18,6 +19,7 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
+from arjuna_sim.inputs import named_robot
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import OK, names, run, spawn, start_sim, state
@@ -136,6 +138,32 @@ def test_a_driving_robot_that_is_spawned_has_topics_until_it_is_deleted(bench: R
     assert len(odom) == 6
     assert topics(bench) - before == {"/r/bob/cmd_vel"}  # the test's own
     assert names(bench) == ["arjuna"]
+
+
+def test_frames_that_a_file_puts_a_name_before_are_in_all_robots_transforms(
+    bench: RosBench,
+) -> None:
+    """As its robot_state_publisher's are, which has that name for a `frame_prefix`."""
+    sim = start_sim(bench, world=WORLD)
+    bench.node.create_publisher(String, "/bob/robot_description", qos.LATCHED)
+    prefixed = BURGER.replace("<odometry_frame>odom", "<odometry_frame>bob/odom")
+    prefixed = prefixed.replace("<robot_base_frame>base", "<robot_base_frame>bob/base")
+    assert spawn(bench, "bob", uri="", text=prefixed).result.result == OK
+    odom = bench.collect(Odometry, "/bob/odom")
+    heard = [bench.collect(TFMessage, topic, qos.TF) for topic in ("/tf", "/bob/tf")]
+    run(bench, sim, 5)
+    assert odom[-1].child_frame_id == "bob/base_footprint"
+    for found in heard:
+        frames = {(t.header.frame_id, t.child_frame_id) for m in found for t in m.transforms}
+        assert ("bob/odom", "bob/base_footprint") in frames
+
+
+def test_a_spawned_robot_s_file_can_be_asked_for(bench: RosBench) -> None:
+    start_sim(bench, world=WORLD)
+    assert spawn(bench, "bob", uri="", text=BURGER).result.result == OK
+    asked = GetParameters.Request(names=["robot"])
+    (value,) = bench.call(GetParameters, "/bob/simulated_robot/get_parameters", asked).values
+    assert named_robot(value.string_value, "").urdf.name == "burger"
 
 
 @pytest.mark.parametrize(("described", "frame"), [(True, "base_scan"), (False, "base_scan_lds")])

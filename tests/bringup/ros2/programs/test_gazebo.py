@@ -63,9 +63,10 @@ from launch_ros.actions import Node, PushROSNamespace
 
 def generate_launch_description():
     found = [ExecuteProcess(cmd=['gz', 'sim', '-r', '-s', 'empty.world'], output='screen')]
-    for name, x in (('r1', '0.0'), ('r2', '1.5')):
-        create = ['-name', name, '-file', '{burger}', '-x', x, '-y', '0.5']
-        spawn = Node(package='ros_gz_sim', executable='create', arguments=create, output='screen')
+    create = ['-name', 'r1', '-file', '{burger}', '-y', '0.5']
+    named = {{'name': 'r2', 'file': '{burger}', 'x': 1.5, 'y': 0.5}}
+    for name, given in (('r1', {{'arguments': create}}), ('r2', {{'parameters': [named]}})):
+        spawn = Node(package='ros_gz_sim', executable='create', output='screen', **given)
         found.append(GroupAction([PushROSNamespace(name), spawn]))
     return LaunchDescription(found)
 """

@@ -134,6 +134,17 @@ def test_arguments_and_remappings_are_read() -> None:
         list(bridged(["/scan"]))
 
 
+def test_names_below_the_bridge_s_namespace(tmp_path: Path) -> None:
+    """ROS's are relative to it, Gazebo's where they are expanded; a launch file's values count."""
+    path, values = tmp_path / "bridge.yaml", tmp_path / "values.yaml"
+    path.write_text(f"- {{topic_name: scan, ros_type_name: {STRING}}}\n")
+    words = ["--ros-args", "-r", "__ns:=/a", "--params-file", str(values)]
+    for expands, gz in ("false", "/scan"), ("true", "/a/scan"):
+        given = f"{{config_file: {path}, expand_gz_topic_names: {expands}}}"
+        values.write_text(f"/**: {{ros__parameters: {given}}}\n")
+        assert list(bridged(words)) == [Bridged(gz, "/a/scan", STRING, "BIDIRECTIONAL")]
+
+
 def test_file_is_read(tmp_path: Path) -> None:
     path = tmp_path / "bridge.yaml"
     path.write_text(CONFIG)
@@ -170,7 +181,28 @@ def test_a_model_s_own_topics_are_the_robot_s(bench: RosBench) -> None:
     bench.collect(String, "/model/a/cmd_vel")
     assert simulated(bench.node, commands) == (*commands[:3], "ROS_TO_GZ")
     other = Bridged("/model/a/joint/b/cmd_pos", "/cmd_pos", STRING, "ROS_TO_GZ")
+    assert simulated(bench.node, other) is None
+    bench.collect(String, "/model/a/joint/b/cmd_pos")
     assert simulated(bench.node, other) == other
+
+
+@pytest.mark.parametrize(
+    ("gz", "own"),
+    [
+        ("/world/w/model/a/link/rack/top/sensor/lidar/scan", "/a/scan"),
+        ("/world/w/model/a/link/rack/sensor/lidar/scan", "/a/lidar/scan"),
+        ("/world/w/model/a/link/rack/sensor/lidar/scan/points", "/a/scan/points"),
+        ("/world/w/model/a/link/rack/sensor/gyro/imu", "/imu/data"),
+        ("/model/a/joint_state", "/a/joint_states"),
+    ],
+)
+def test_topics_that_gazebo_names_are_the_simulator_s(bench: RosBench, gz: str, own: str) -> None:
+    named = Bridged(gz, "/other", STRING, "GZ_TO_ROS")
+    assert simulated(bench.node, named) is None
+    bench.publish(String, own, String())
+    assert simulated(bench.node, named) == named._replace(gz=own)
+    clock = named._replace(gz="/world/w/clock")
+    assert simulated(bench.node, clock) == named._replace(gz="/clock")
 
 
 def test_commands_go_the_other_way(bench: RosBench) -> None:
