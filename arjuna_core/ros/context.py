@@ -14,6 +14,8 @@ from typing import Any
 import rclpy
 from rclpy.context import Context
 
+from arjuna_core.ros.shared_memory import remove_leftovers
+
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
 _OURS = {
     False: Path(__file__).with_name("fastdds.xml"),
@@ -63,6 +65,7 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
     os.environ.setdefault(_RANGE, "LOCALHOST")
     if os.environ.get(_PROFILES, "") in ("", *map(str, _OURS.values())):  # a parent's may differ
         os.environ[_PROFILES] = str(_OURS[reaches_other_hosts(os.environ)])
+    remove_leftovers()
     context = Context()
     if words is None:
         words = sys.argv[sys.argv.index(_FOR_ROS) :] if _FOR_ROS in sys.argv else []

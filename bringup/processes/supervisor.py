@@ -11,7 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
-from bringup.processes.child import Child, ChildSpec, describe_exit, remove_leftovers
+from bringup.processes.child import Child, ChildSpec, describe_exit
 from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
 from bringup.processes.output import OWN, Output, read_event
 
@@ -123,7 +123,6 @@ class Supervisor:
 
     def _start(self, one: _Supervised) -> None:
         name = one.spec.name
-        remove_leftovers()
         one.start_at = one.kill_at = None
         one.heartbeat = Heartbeat()
         one.child = Child(one.spec, lambda line: self._take(one, line))

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import fcntl
-import os
 import re
 import signal
-import subprocess
-import sys
-import time
-from pathlib import Path
 
 import pytest
 
-from bringup.processes.child import remove_leftovers
 from tests.helpers.processes import Lines, ended
 
 SUPERVISOR = """
@@ -134,69 +127,3 @@ def test_every_group_is_warmed_up_without_rclpy_and_its_threads() -> None:
             "rclpy: False can fork: True",
             "groups without: ['explorer']",  # which runs in its command's own process
         ]
-
-
-SEGMENT = "fastrtps_00112233445566aa"
-HOLDS = """
-import fcntl, sys
-file = open(sys.argv[1])
-fcntl.flock(file, fcntl.LOCK_EX)
-print("held", flush=True)
-sys.stdin.read()
-"""
-
-
-def leftover(folder: Path, name: str, age: float = 60.0) -> Path:
-    for path in (folder / name, folder / f"{name}_el"):
-        path.write_bytes(b"x")
-        os.utime(path, (time.time() - age,) * 2)
-    return folder / name
-
-
-def test_a_segment_stays_while_its_process_lives(tmp_path: Path) -> None:
-    segment = leftover(tmp_path, SEGMENT)
-    lock = tmp_path / f"{SEGMENT}_el"
-    with subprocess.Popen(
-        [sys.executable, "-c", HOLDS, str(lock)], stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as process:
-        assert process.stdout is not None
-        assert process.stdout.readline() == b"held\n"
-        assert remove_leftovers(tmp_path) == 0
-        assert segment.exists()
-        assert lock.exists()
-        process.send_signal(signal.SIGKILL)
-        process.wait()
-    assert remove_leftovers(tmp_path) == 1
-    assert list(tmp_path.iterdir()) == []
-
-
-@pytest.mark.parametrize(
-    ("name", "age"),
-    [
-        (SEGMENT, 1.0),  # not locked yet
-        ("fastrtps_port7000", 60.0),
-        ("sem.fastrtps_port7000_mutex", 60.0),
-        ("fastrtps_00112233445566aabb", 60.0),
-        ("mine", 60.0),
-    ],
-)
-def test_what_is_young_or_something_else_stays(tmp_path: Path, name: str, age: float) -> None:
-    segment = leftover(tmp_path, name, age)
-    assert remove_leftovers(tmp_path) == 0
-    assert segment.exists()
-
-
-def test_a_segment_without_its_lock_and_a_folder_that_is_not_there(tmp_path: Path) -> None:
-    leftover(tmp_path, SEGMENT).with_name(f"{SEGMENT}_el").unlink()
-    assert remove_leftovers(tmp_path) == 0
-    assert remove_leftovers(tmp_path / "none") == 0
-
-
-def test_the_lock_is_given_back_where_nothing_can_be_removed(tmp_path: Path) -> None:
-    segment = leftover(tmp_path, SEGMENT)
-    segment.unlink()
-    segment.mkdir()
-    os.utime(segment, (0.0, 0.0))
-    assert remove_leftovers(tmp_path) == 0
-    with (tmp_path / f"{SEGMENT}_el").open("rb") as lock:
-        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
