@@ -8,12 +8,13 @@ from __future__ import annotations
 import bz2
 import gc
 import gzip
-import io
 import lzma
 import os
 import signal
 import sqlite3
+import struct
 import time
+import zlib
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -21,7 +22,6 @@ from pathlib import Path
 import pytest
 import zstandard
 from mcap.writer import CompressionType, Writer
-from PIL import Image
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import MapError
@@ -207,9 +207,13 @@ def test_an_image_larger_than_any_map_is_refused(tmp_path: Path, packed: str) ->
     if packed == "pgm":
         path.write_bytes(b"P5 30000 30000 255 " + bytes(16))
     else:
-        content = io.BytesIO()
-        Image.new("1", (30000, 30000)).save(content, "PNG")
-        path.write_bytes(content.getvalue())
+        size = struct.pack(">IIBBBBB", 30000, 30000, 1, 0, 0, 0, 0)
+        parts = ((b"IHDR", size), (b"IDAT", zlib.compress(bytes(1_000_000))), (b"IEND", b""))
+        chunks = (
+            struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+            for kind, data in parts
+        )
+        path.write_bytes(b"\x89PNG\r\n\x1a\n" + b"".join(chunks))
     header = path.with_suffix(".yaml")
     header.write_text(header.read_text().replace("room.pgm", path.name))
     with bounds(), pytest.raises(MapError, match="pixels"):

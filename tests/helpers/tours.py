@@ -22,6 +22,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.inputs import named_robot
 from arjuna_sim.simulation import Simulation, solo
+from tests.slam.slam_room import ranges_at
 
 _ROOT = Path(__file__).resolve().parents[2]
 _RESOLUTION = 0.05
@@ -202,7 +203,7 @@ def crowded(world: TourWorld, steps: list[Step], rng: np.random.Generator) -> li
     result = []
     for step in steps:
         sensor = step.truth @ step.scan.T_base_sensor
-        ranges = np.minimum(step.scan.ranges, _to_segments(sensor, step.scan, boxes))
+        ranges = np.minimum(step.scan.ranges, ranges_at(boxes, sensor, step.scan.angles))
         for k, road in enumerate(roads):
             there = _along(road, walked[k] + _PACE * 0.1)
             if math.dist(there, (step.truth.x, step.truth.y)) > _APART:
@@ -242,20 +243,6 @@ def _boxes(world: TourWorld, steps: list[Step], rng: np.random.Generator) -> NDA
 def _along(road: NDArray[np.float64], path: float) -> tuple[float, float]:
     reached = np.append(0.0, np.cumsum(np.hypot(*np.diff(road, axis=0).T)))
     return float(np.interp(path, reached, road[:, 0])), float(np.interp(path, reached, road[:, 1]))
-
-
-def _to_segments(sensor: SE2, scan: Scan, edges: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Return the range at which each beam meets the first edge, inf where none."""
-    c, s = np.cos(sensor.theta + scan.angles), np.sin(sensor.theta + scan.angles)
-    ranges = np.full(len(c), np.inf)
-    for x0, y0, x1, y1 in edges.tolist():
-        ex, ey, qx, qy = x1 - x0, y1 - y0, x0 - sensor.x, y0 - sensor.y
-        with np.errstate(divide="ignore", invalid="ignore"):
-            cross = c * ey - s * ex
-            along, part = (qx * ey - qy * ex) / cross, (qx * s - qy * c) / cross
-            hit = (along > 0.0) & (part >= 0.0) & (part <= 1.0)
-        ranges[hit] = np.minimum(ranges[hit], along[hit])
-    return ranges
 
 
 def _to_circle(sensor: SE2, scan: Scan, centre: tuple[float, float]) -> NDArray[np.float64]:

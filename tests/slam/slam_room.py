@@ -43,7 +43,7 @@ def ranges_at(segments: Floats, pose: SE2, angles: Floats) -> Floats:
         u = start[None, :, 0] * direction[:, None, 1] - start[None, :, 1] * direction[:, None, 0]
         u = u / cross
     hit = (t > 0.0) & (u >= 0.0) & (u <= 1.0)
-    nearest: Floats = np.where(hit, t, np.inf).min(axis=1)
+    nearest: Floats = np.where(hit, t, np.inf).min(axis=1, initial=np.inf)
     return nearest
 
 

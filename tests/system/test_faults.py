@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import numpy as np
 import pytest
 from nav2_msgs.action import NavigateToPose
@@ -17,14 +15,13 @@ from bringup.client.goals import Goals
 from bringup.lockstep import LockStep
 from tests.helpers.faults import Fault, Faults
 from tests.helpers.nav.faults import BLIND, DEAD, TOLERATED
-from tests.helpers.robots import send, to_pose, truth
+from tests.helpers.robots import Stack, send, to_pose, truth
 from tests.helpers.ros import RosBench
 from tests.system.test_navigation import on_map
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
-FAR = SE2(1.5, 1.0, 0.5)
+FAR = SE2(1.2, 0.6, 0.5)
 STILL = 0.001  # a tick [m]
-Stack = Callable[..., "LockStep"]
 
 
 class Drive:

@@ -140,7 +140,7 @@ def test_a_goal_is_reached_after_every_extreme(stack: Stack) -> None:
     goals = Goals(robot)
 
     def drive(row: int) -> None:
-        goals.navigate(SE2(1.0, 0.5 if row % 2 else -0.5), 0.15)
+        goals.navigate(SE2(1.0, 0.5 if row % 2 else -0.5), 0.1)
 
     assert at_extremes(robot, DRIVING, drive) == ("", "")
     assert not failures(robot)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import struct
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from mcap.writer import Writer
 from rosbags import rosbag1, rosbag2
 from rosbags.rosbag2.enums import CompressionFormat, CompressionMode, StoragePlugin
 from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+from rosbags.typesys.store import Typestore
 
 from arjuna_core.bags.decoder import Decoder
 from arjuna_core.bags.reader import Bag
@@ -24,9 +26,15 @@ SCAN, ODOMETRY, TF = (
     "nav_msgs/msg/Odometry",
     "tf2_msgs/msg/TFMessage",
 )
-HUMBLE = get_typestore(Stores.ROS2_HUMBLE)
-NOETIC = get_typestore(Stores.ROS1_NOETIC)
-NOETIC.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
+
+
+@cache
+def types_of(release: Stores) -> Typestore:
+    """Return a release's types, with a tree of transforms; they take 0.3 s to read."""
+    store = get_typestore(release)
+    if release is Stores.ROS1_NOETIC:
+        store.register(get_types_from_msg("geometry_msgs/TransformStamped[] transforms", TF))
+    return store
 
 
 class Cdr:
@@ -121,11 +129,12 @@ def write_humble(
     """
     writer = rosbag2.Writer(folder, version=8, storage_plugin=StoragePlugin[storage])
     writer.set_compression(CompressionMode[packed], CompressionFormat.ZSTD)
+    types = types_of(Stores.ROS2_HUMBLE)
     with writer as bag:
         channels: dict[str, Any] = {}
         for topic, kind, stamp, data in entries:
             if topic not in channels:
-                channels[topic] = bag.add_connection(topic, kind, typestore=HUMBLE)
+                channels[topic] = bag.add_connection(topic, kind, typestore=types)
             bag.write(channels[topic], round(stamp * 1e9), data)
     return folder
 
@@ -134,13 +143,14 @@ def write_ros1(path: Path, entries: list[Entry], chunk: int = 1 << 20) -> Path:
     """Write a bag of ROS 1."""
     writer = rosbag1.Writer(path)
     writer.chunk_threshold = chunk
+    types, humble = types_of(Stores.ROS1_NOETIC), types_of(Stores.ROS2_HUMBLE)
     writer.set_compression(writer.CompressionFormat.BZ2)
     with writer as bag:
         channels: dict[str, Any] = {}
         for topic, kind, stamp, data in entries:
             if topic not in channels:
-                channels[topic] = bag.add_connection(topic, kind, typestore=NOETIC)
-            bag.write(channels[topic], round(stamp * 1e9), HUMBLE.cdr_to_ros1(data, kind))
+                channels[topic] = bag.add_connection(topic, kind, typestore=types)
+            bag.write(channels[topic], round(stamp * 1e9), humble.cdr_to_ros1(data, kind))
     return path
 
 

@@ -60,10 +60,34 @@ SKIP = '<AlwaysFailure _skipIf="true"/>'
         ('<WouldAControllerRecoveryHelp error_code="103"/>', FAILURE),
         ('<WouldAPlannerRecoveryHelp error_code="{none}"/>', FAILURE),
         ('<Condition ID="GoalReached" goal="{goal}"/>', SUCCESS),
+        (f"<Sequence>{SKIP}{OK}</Sequence>", SUCCESS),
+        (f"<Sequence>{SKIP}{SKIP}</Sequence>", SKIPPED),
+        (f"<Fallback>{SKIP}{NO}</Fallback>", FAILURE),
+        (f"<Fallback>{SKIP}{SKIP}</Fallback>", SKIPPED),
+        (f"<ReactiveSequence>{SKIP}{OK}</ReactiveSequence>", SUCCESS),
+        (f"<ReactiveFallback>{SKIP}{SKIP}</ReactiveFallback>", SKIPPED),
+        (f"<Parallel>{SKIP}{OK}</Parallel>", SUCCESS),
+        (f"<Parallel>{SKIP}{SKIP}</Parallel>", SKIPPED),
+        (f"<RoundRobin>{SKIP}{SKIP}</RoundRobin>", SKIPPED),
+        (f"<RoundRobin>{SKIP}{NO}</RoundRobin>", FAILURE),
+        (f"<ParallelAll>{SKIP}{OK}</ParallelAll>", SUCCESS),
+        (f'<ParallelAll max_failures="2">{NO}{OK}</ParallelAll>', SUCCESS),
+        (f'<ParallelAll max_failures="1">{NO}{OK}</ParallelAll>', FAILURE),
+        (f'<ParallelAll max_failures="-1">{NO}{OK}</ParallelAll>', SUCCESS),
+        (f'<ParallelAll max_failures="-1">{NO}{NO}</ParallelAll>', FAILURE),
+        (f"<ParallelAll>{NO}{SPIN}</ParallelAll>", RUNNING),
+        (f"<Inverter>{SKIP}</Inverter>", SKIPPED),
+        (f"<ForceSuccess>{SKIP}</ForceSuccess>", SKIPPED),
+        (f"<IfThenElse>{SKIP}{OK}{NO}</IfThenElse>", FAILURE),
+        ('<ScriptCondition code="a == 1"/>', SUCCESS),
+        ('<ScriptCondition code="a == 2"/>', FAILURE),
+        (f'<Precondition if="a == 1">{OK}</Precondition>', SUCCESS),
+        (f'<Precondition if="a == 2">{OK}</Precondition>', FAILURE),
+        (f'<Precondition if="a == 2" else="SKIPPED">{OK}</Precondition>', SKIPPED),
     ],
 )
 def test_the_first_tick(xml: str, status: Status) -> None:
-    assert Play(xml, goal=SE2(0.1, 0.1)).tick() is status
+    assert Play(xml, goal=SE2(0.1, 0.1), a=1).tick() is status
 
 
 def test_a_sequence_resumes_where_it_was_and_begins_again_after_its_end() -> None:
@@ -165,39 +189,6 @@ def test_a_switch_leaves_a_case_that_is_no_longer_its_variables() -> None:
         play.tree.blackboard.set("v", value)
         assert play.tick() is RUNNING
         assert set(play.open) == {asked}
-
-
-@pytest.mark.parametrize(
-    ("xml", "status"),
-    [
-        (f"<Sequence>{SKIP}{OK}</Sequence>", SUCCESS),
-        (f"<Sequence>{SKIP}{SKIP}</Sequence>", SKIPPED),
-        (f"<Fallback>{SKIP}{NO}</Fallback>", FAILURE),
-        (f"<Fallback>{SKIP}{SKIP}</Fallback>", SKIPPED),
-        (f"<ReactiveSequence>{SKIP}{OK}</ReactiveSequence>", SUCCESS),
-        (f"<ReactiveFallback>{SKIP}{SKIP}</ReactiveFallback>", SKIPPED),
-        (f"<Parallel>{SKIP}{OK}</Parallel>", SUCCESS),
-        (f"<Parallel>{SKIP}{SKIP}</Parallel>", SKIPPED),
-        (f"<RoundRobin>{SKIP}{SKIP}</RoundRobin>", SKIPPED),
-        (f"<RoundRobin>{SKIP}{NO}</RoundRobin>", FAILURE),
-        (f"<ParallelAll>{SKIP}{OK}</ParallelAll>", SUCCESS),
-        (f'<ParallelAll max_failures="2">{NO}{OK}</ParallelAll>', SUCCESS),
-        (f'<ParallelAll max_failures="1">{NO}{OK}</ParallelAll>', FAILURE),
-        (f'<ParallelAll max_failures="-1">{NO}{OK}</ParallelAll>', SUCCESS),
-        (f'<ParallelAll max_failures="-1">{NO}{NO}</ParallelAll>', FAILURE),
-        (f"<ParallelAll>{NO}{SPIN}</ParallelAll>", RUNNING),
-        (f"<Inverter>{SKIP}</Inverter>", SKIPPED),
-        (f"<ForceSuccess>{SKIP}</ForceSuccess>", SKIPPED),
-        (f"<IfThenElse>{SKIP}{OK}{NO}</IfThenElse>", FAILURE),
-        ('<ScriptCondition code="a == 1"/>', SUCCESS),
-        ('<ScriptCondition code="a == 2"/>', FAILURE),
-        (f'<Precondition if="a == 1">{OK}</Precondition>', SUCCESS),
-        (f'<Precondition if="a == 2">{OK}</Precondition>', FAILURE),
-        (f'<Precondition if="a == 2" else="SKIPPED">{OK}</Precondition>', SKIPPED),
-    ],
-)
-def test_the_first_tick_with_skipped_children_and_scripts(xml: str, status: Status) -> None:
-    assert Play(xml, a=1).tick() is status
 
 
 def test_a_sequence_that_blocks_nobody_runs_all_and_those_that_ended_again() -> None:
