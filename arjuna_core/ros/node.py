@@ -172,11 +172,13 @@ class ManagedNode(Guarded, LifecycleNode):
         profile: Any,
         *,
         while_inactive: bool = False,
+        shared: bool = False,
     ) -> Any:
         """Create and return a subscription that lives until cleanup; `/` is the robot's namespace.
 
         It delivers only while the node is active, unless `while_inactive`: what is latched comes
-        once, perhaps before activation. What cannot be used is refused and counted.
+        once, perhaps before activation. What cannot be used is refused and counted. With `shared`,
+        a topic `/name` is listened to outside the namespace too, as one map of several robots.
         """
         process, name = self.process, self.process.absolute(topic)
         transport = process.transport  # which has judged it: a call less for each message
@@ -190,6 +192,9 @@ class ManagedNode(Guarded, LifecycleNode):
             else:
                 self.guard.refused(self, name, problem)
 
+        if shared and topic.startswith("/") and topic != name:
+            outside = self.create_subscription(message_type, topic, deliver, profile)
+            self._keep(self.destroy_subscription, outside)
         subscription = self.create_subscription(message_type, name, deliver, profile)
         return self._keep(self.destroy_subscription, subscription)
 

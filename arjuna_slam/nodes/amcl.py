@@ -55,7 +55,9 @@ class AmclNode(ManagedNode):
     def _listen(self) -> None:
         c = self.config
         self.subscribe(
-            OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED, while_inactive=True
+            *(OccupancyGridMsg, c.map_topic, self._on_map, qos.LATCHED),
+            while_inactive=True,
+            shared=True,
         )
         subscribe_scans(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION, self._on_scan)
         self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)

@@ -111,7 +111,8 @@ class CostmapInputs:
             kind, convert = _OTHERS[one.data_type]
             profile = qos.LATCHED if one.latched else qos.DEFAULT
             take = partial(self._on_other, key, convert)
-            self._node.subscribe(kind, topic, take, profile, while_inactive=True)
+            shared = one.topic.startswith("/")
+            self._node.subscribe(kind, topic, take, profile, while_inactive=True, shared=shared)
         else:
             valid = ", ".join([*SENSORS, *_COMMANDS, *_OTHERS])
             raise ConfigError(f"layer '{layer}': no data_type '{one.data_type}'; valid: {valid}")

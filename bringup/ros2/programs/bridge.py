@@ -36,7 +36,7 @@ _OWN = {
     "points": "camera/points",
 }
 """The robot's topic for each of Gazebo's that is called otherwise."""
-_LOOKS = 60  # at the graph, two a second, before what is not found is named
+_LOOKS = 120  # at the graph, two a second, before what is not found is named
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
@@ -88,8 +88,9 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         yield Bridged(absolute(gz), resolved(ros), str(names["ros_type_name"]), direction)
 
 
-def _is_there(node: Any, name: str) -> bool:
-    return bool(node.count_publishers(name) or node.count_subscribers(name))
+def _is_there(node: Any, name: str, direction: str) -> bool:
+    gives = direction != "ROS_TO_GZ" and node.count_publishers(name)
+    return bool(gives or (direction != "GZ_TO_ROS" and node.count_subscribers(name)))
 
 
 def simulated(node: Any, topic: Bridged) -> Bridged | None:
@@ -102,7 +103,7 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
         topic = topic._replace(gz="/clock")
     found = _OF_GAZEBO.fullmatch(topic.gz)
     if found is None:
-        return topic if _is_there(node, topic.gz) else None
+        return topic if _is_there(node, topic.gz, topic.direction) else None
     last = found["topic"]
     own, is_in = _OWN.get(last, last), last == "cmd_vel"
     names = [f"{found['sensor']}/{own.rpartition('/')[2]}"] if found["sensor"] else []
@@ -154,12 +155,16 @@ def main(words: list[str]) -> None:
             waiting = [topic for topic in waiting if topic not in found]
             for topic in found.values():
                 if topic.gz != topic.ros:
+                    mixes = topic.direction == "GZ_TO_ROS" and "TFMessage" not in topic.kind
+                    if mixes and client.node.count_publishers(topic.ros):
+                        problem = f"others publish on {topic.ros} too, perhaps the simulator"
+                        print(f"{problem}: give {topic.gz} a name of its own", flush=True)
                     relays.append(Relay(client.node, topic))
                     print(f"{topic.gz} is {topic.ros} too ({topic.direction})", flush=True)
             if found and not waiting and not relays:
                 print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
             looks += 1
-            lacking = [t.gz for t in waiting if not _is_there(client.node, t.ros)]
+            lacking = [t.gz for t in waiting if not _is_there(client.node, t.ros, t.direction)]
             if lacking and looks == _LOOKS:
                 print(f"not here yet: {', '.join(lacking)}", flush=True)
             for relay in relays:

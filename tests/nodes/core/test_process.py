@@ -139,6 +139,19 @@ def test_an_absolute_name_is_below_the_robots_namespace() -> None:
         process.close()
 
 
+def test_what_is_shared_is_listened_to_outside_the_namespace_too() -> None:
+    process = Process("host", isolated=True, namespace="/robot1")
+    try:
+        node = WatchNode(process, name="watch")
+        for topic, shared in ("/map", True), ("/mask", False), ("grid", True):
+            node.subscribe(Clock, topic, print, qos.LATEST, shared=shared)
+        named = dict(node.get_topic_names_and_types())
+        there = {f"{n}/{t}" for n in ("", "/robot1") for t in ("map", "mask", "grid")}
+        assert there & named.keys() == {"/map", "/robot1/map", "/robot1/mask", "/robot1/grid"}
+    finally:
+        process.close()
+
+
 @pytest.mark.parametrize("transport", ["dds", "local"])
 def test_only_a_process_on_the_middleware_publishes_its_log(transport: Transport) -> None:
     bench = RosBench(transport=transport)
