@@ -68,7 +68,8 @@ KNOWN = {
     "bringup/processes/health.py: .read_text": "/proc",
     "bringup/ros2/discovery.py: _TABLE.read_text": "/proc",
     "ros_packages/nav2_simple_commander/utils.py: .read_bytes": "/proc",
-    "bringup/processes/child.py: lock.open": "locks of /dev/shm, which are not read",
+    "arjuna_core/ros/shared_memory.py: lock.open": "locks of /dev/shm, which are not read",
+    "arjuna_core/ros/shared_memory.py: port.open": "a word of what lies in /dev/shm",
     # What is installed with us.
     "arjuna_core/files/array_cache.py: .read_bytes": "our own modules",
     "arjuna_core/shipped_kernels.py: cpus.open": "/proc/cpuinfo",
