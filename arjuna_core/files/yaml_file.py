@@ -61,8 +61,12 @@ def check_keys(
     valid: Sequence[str],
     needed: Iterable[str],
     error: type[InputFileError] = InputFileError,
+    empty: bool = False,
 ) -> None:
     """Refuse a file's content that is no mapping of valid keys, or lacks one that is needed.
+
+    Args:
+        empty: Whether what is needed may be there without a value.
 
     Raises:
         InputFileError: All wrong and missing keys; of the kind given as `error`.
@@ -70,7 +74,8 @@ def check_keys(
     if not isinstance(content, dict):
         raise error(path, f"is no mapping; valid keys: {', '.join(valid)}")
     problems = [f"'{key}': {nearest(str(key), valid)}" for key in content if key not in valid]
-    problems += [f"'{key}' is missing" for key in needed if not content.get(key)]
+    given = content if empty else {key for key, value in content.items() if value}
+    problems += [f"'{key}' is missing" for key in needed if key not in given]
     if problems:
         raise error(path, "; ".join(problems))
 

@@ -51,7 +51,8 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
 
     Without it, the interfaces of this Python environment are found, discovery and sockets are on
     this machine only, and Fast DDS has shared memory enough for pictures. A range that reaches
-    other hosts, or static peers, open the sockets. Garbage is collected less often.
+    other hosts, or static peers, open the sockets. Garbage is collected less often, and
+    what killed processes left in shared memory is removed.
 
     Args:
         domain_id: The domain; the environment's if None.

@@ -130,7 +130,7 @@ def campaign_of(path: Path, content: Any, others: Sequence[str] = ()) -> Campaig
         CampaignError: A key or value is not valid; all are named.
     """
     needed = ("command", "result", "success")
-    check_keys(path, content, (*_KEYS, *others), needed, CampaignError)
+    check_keys(path, content, (*_KEYS, *others), needed, CampaignError, empty=True)
     try:
         return _campaign(path, content)
     except ValueError as error:

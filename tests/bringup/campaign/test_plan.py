@@ -59,6 +59,11 @@ def test_mistakes_are_named(old: str, new: str, message: str, tmp_path: Path) ->
         load_campaign(written(tmp_path, GOOD.replace(old, new)))
 
 
+def test_a_campaign_may_ask_nothing_of_its_results(tmp_path: Path) -> None:
+    campaign = load_campaign(written(tmp_path, GOOD.replace("{succeeded: 20}", "{}")))
+    assert campaign.success == {}
+
+
 def test_a_level_can_be_added(tmp_path: Path) -> None:
     campaign = load_campaign(written(tmp_path, GOOD + "compare: place\n"))
     more = campaign.with_level("place", "mine", ["world=my.world", "param=a:=b=c"])
