@@ -203,6 +203,8 @@ def near_submap(
     gaps, joined = _gaps(graph, query.nodes), _joined(graph, query.nodes)
     found: list[tuple[float, int, Search]] = []
     for past in _within_reach(config, gaps, submaps[: max(k - 1, 0)]):
+        if submaps[past].nodes[-1] >= query.nodes[0]:  # they share keyframes
+            continue
         covariance = covariances[submaps[past].anchor]
         if spread(covariance)[0] < known_below and joined[submaps[past].nodes].any():
             continue

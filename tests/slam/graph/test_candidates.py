@@ -150,6 +150,14 @@ def test_a_submap_is_compared_with_those_that_it_may_lie_on_the_nearest_first(
             np.testing.assert_allclose(search.covariance, known_by)
 
 
+def test_a_submap_is_not_compared_with_one_that_shares_a_keyframe() -> None:
+    graph, submaps = mapped(rounds(0, 170), 8, 0.02)
+    last = len(submaps) - 1
+    nearest = near_submap(CONFIG, graph, last, submaps)[0][1]
+    submaps[nearest].nodes.append(submaps[last].nodes[0])  # as after a leap of the odometry
+    assert nearest not in [past for _, past, _ in near_submap(CONFIG, graph, last, submaps)]
+
+
 PRIOR = SE2(4.0, -3.0, 1.0)
 
 
