@@ -59,9 +59,16 @@ class Imu:
     """
 
     def __init__(
-        self, model: Any, settings: ImuSettings, config: ImuConfig, rng: np.random.Generator
+        self,
+        model: Any,
+        settings: ImuSettings,
+        config: ImuConfig,
+        rng: np.random.Generator,
+        tick: float = 0.0,
     ) -> None:
-        self._name, self._period, self._last_read = settings.site, 1.0 / settings.rate, -np.inf
+        """`tick` is the least time between two calls of `read` [s]."""
+        self._name, self._last_read = settings.site, -np.inf
+        self._period = max(1.0 / settings.rate, tick)
         own = {"gyro_noise": settings.gyro_noise, "accel_noise": settings.accel_noise}
         config = replace(config, **{key: v for key, v in own.items() if v is not None})
         self.rebind(model)
@@ -123,7 +130,7 @@ class Imu:
 
 @simulates(ImuSettings)
 def _imu(settings: ImuSettings, mount: Mount) -> Imu:
-    return Imu(mount.model, settings, mount.config.imu, mount.rng)
+    return Imu(mount.model, settings, mount.config.imu, mount.rng, mount.config.tick)
 
 
 def _biases(rng: np.random.Generator, mean: float, spread: float) -> Floats:

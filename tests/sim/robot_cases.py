@@ -46,7 +46,13 @@ class RobotMaker:
         return Pose3.from_rpy((x, y, z), rpy)
 
     def add(
-        self, kind: str, name: str, inside: str = "", T_link: Pose3 = ORIGIN, pose: Pose3 = ORIGIN
+        self,
+        kind: str,
+        name: str,
+        inside: str = "",
+        T_link: Pose3 = ORIGIN,
+        pose: Pose3 = ORIGIN,
+        rate: float = 10,
     ) -> None:
         """Put a sensor with a `<pose>` of its own on a link of its own of `base_link`."""
         self.mounted.append(Mounted(name, T_link @ pose))
@@ -58,7 +64,7 @@ class RobotMaker:
             f"<parent link='base_link'/><child link='{name}_link'/>"
             f"<origin xyz='{xyz}' rpy='{rpy}'/></joint>"
             f"<gazebo reference='{name}_link'><sensor name='{name}' type='{kind}'>"
-            f"<update_rate>10</update_rate>{tag}{inside}</sensor></gazebo>"
+            f"<update_rate>{rate}</update_rate>{tag}{inside}</sensor></gazebo>"
         )
 
     def write(self, bare: bool = True) -> Path:

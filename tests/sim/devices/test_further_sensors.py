@@ -109,16 +109,16 @@ MOUNTS = [
 
 
 @pytest.mark.parametrize("rpy", MOUNTS)
-@pytest.mark.parametrize("first", [True, False])
+@pytest.mark.parametrize(("first", "rate"), [(True, 10), (False, 10), (False, 200)])
 def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
-    tmp_path: Path, rpy: tuple[float, float, float], first: bool
+    tmp_path: Path, rpy: tuple[float, float, float], first: bool, rate: float
 ) -> None:
     """REP 145: turned back by its mount, it is the robot's orientation."""
     maker = RobotMaker(tmp_path)
     if not first:
         maker.add("imu", "other")
     T_mount = Pose3.from_rpy((0.1, 0.0, 0.1), rpy)
-    maker.add("imu", "tilted", T_link=T_mount)
+    maker.add("imu", "tilted", T_link=T_mount, rate=rate)
     sim = simulator(EMPTY, QUIET, robot=maker.write())
     for _ in range(100):
         last = sim.drive(Velocity(yaw_rate=0.8))
