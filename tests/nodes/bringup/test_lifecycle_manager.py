@@ -253,16 +253,32 @@ def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Make) -> None:
     assert system.manager.get_parameter("node_names").value == ["first", "second", "/own"]
 
 
-def test_one_that_starts_half_a_minute_later_comes_up_too(
-    managed: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def _long_awaited(managed: Make, monkeypatch: pytest.MonkeyPatch) -> Managed:
+    """Return a bench whose manager waits for a node of a user's own since five minutes."""
     system = managed(autostart=True, node_names=("/own",))
-    system.spin_until(lambda: "second configure" in system.diary)
-    later = SimpleNamespace(monotonic=lambda: time.monotonic() + 30.0)
+    waited: list[str] = []
+    monkeypatch.setattr(system.manager, "_on_wait", waited.append)
+    system.spin_until(lambda: "/own, to offer its lifecycle services" in waited)
+    later = SimpleNamespace(monotonic=lambda: time.monotonic() + 300.0)
     monkeypatch.setattr(manager, "time", later)
     system.spin(0.5)
+    return system
+
+
+def test_one_that_starts_minutes_later_comes_up_too(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = _long_awaited(managed, monkeypatch)
     system.add("own")
     system.spin_until(lambda: system.manager.system_active)
+
+
+def test_one_that_does_not_start_holds_up_no_other_command(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = _long_awaited(managed, monkeypatch)
+    system.manager.submit(Command.RESET, lambda success: None)
+    system.spin_until(lambda: "first cleanup" in system.diary)
 
 
 @pytest.mark.parametrize("back", [True, False])
