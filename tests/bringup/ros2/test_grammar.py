@@ -227,8 +227,9 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             "robot --map m.yaml --params p.yaml",
         ),
         (
-            "launch nav2_bringup bringup_launch.py params_file:=p.yaml use_sim_time:=True",
-            "nav --use-sim-time true --params p.yaml",
+            "launch nav2_bringup bringup_launch.py map:=m.yaml params_file:=p.yaml"
+            " use_sim_time:=True",
+            "nav --use-sim-time true --map m.yaml --params p.yaml",
         ),
         ("launch nav2_bringup bringup_launch.py slam:=True map:=m.yaml", "nav --slam"),
         (
