@@ -38,7 +38,8 @@ _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "servi
 
 def serve(words: list[str]) -> None:
     """Simulate what is spawned, or the robots that the world has, in the world that words name."""
-    if "-g" in words and "-s" not in words:
+    of_window = words[:1] == ["service"] and any(word.startswith("/gui/") for word in words)
+    if of_window or ("-g" in words and "-s" not in words):
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
     if words[:1] and words[0] in _TOOLS:

@@ -120,6 +120,11 @@ def test_a_question_to_gazebo_itself_starts_no_world() -> None:
         gazebo.serve(["fuel", "list", "-t", "model"])
 
 
+def test_gazebo_s_window_is_asked_in_vain(capsys: pytest.CaptureFixture[str]) -> None:
+    gazebo.serve(["service", "-s", "/gui/move_to/pose", "--req", "pose: {position: {x: -0.5}}"])
+    assert "'arjuna view' shows the world" in capsys.readouterr().out
+
+
 def test_gazebos_programs_are_the_simulator() -> None:
     programs = {path.name: path.read_text() for path in (add_prefix() / "bin").iterdir()}
     assert set(programs) == {"gazebo", "gz", "gzclient", "gzserver", "ign"}
