@@ -24,7 +24,8 @@ from bringup.processes.lifecycle.plan import Command, State, Step, Transition, V
 SERVICE_DEADLINE = 10.0
 """Time-out for the services of a node that is taken down [s]."""
 START_DEADLINE = 60.0
-"""From when on it is told that those of one that comes up are waited for [s]."""
+"""From when on it is told that those of one that comes up are waited for [s]; so long one that is
+up may be busy."""
 TRANSITION_DEADLINE = 90.0
 """Time-out of a transition [s]; the first ever compiles the algorithms."""
 _UPS = (Command.STARTUP, Command.RESUME)
@@ -134,7 +135,7 @@ class LifecycleManager(GuardedNode):
         """Take all down where a node of one's own is lost, and up again where it has come back."""
         now, config = time.monotonic(), self.config
         self._bonds.look(now)
-        silent = self._bonds.silent(now, config.bond_timeout)
+        silent = self._bonds.silent(now, config.bond_timeout, START_DEADLINE)
         if self._jobs:
             return
         if self._respawn_until is not None:

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from bond.msg import Status
 from nav2_msgs.srv import ManageLifecycleNodes
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
@@ -294,6 +295,16 @@ def test_losing_a_users_node_restarts_all(managed: Make, back: bool) -> None:
     else:
         system.spin(2.0)
         assert system.diary[-1] == "first cleanup"
+
+
+def test_a_busy_node_without_a_heartbeat_is_not_lost(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, _ = with_own(managed)
+    unanswered = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda asked: Future())
+    monkeypatch.setitem(system.manager._bonds._states, "/own", unanswered)
+    system.spin(3.0)
+    assert system.manager.system_active
 
 
 @pytest.mark.parametrize("values", [{"bond_timeout": 0.0}, {"bond_timeout": 30.0}])
