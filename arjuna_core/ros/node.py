@@ -7,6 +7,7 @@ from collections.abc import Callable, Mapping
 from operator import attrgetter
 from typing import Any, ClassVar, TypeVar
 
+from lifecycle_msgs.msg import Transition
 from rclpy.exceptions import NameValidationException
 from rclpy.lifecycle import LifecycleNode, LifecycleState, TransitionCallbackReturn
 from rclpy.parameter import Parameter
@@ -23,6 +24,10 @@ from arjuna_core.ros.tf import TransformBuffer
 from arjuna_core.timing import Periodic
 
 T = TypeVar("T")
+_REACHED = {
+    Transition.TRANSITION_CONFIGURE: "inactive",
+    Transition.TRANSITION_ACTIVATE: "active",
+}
 
 
 class ManagedNode(Guarded, LifecycleNode):
@@ -114,6 +119,9 @@ class ManagedNode(Guarded, LifecycleNode):
             allowed = {item[0]: item[1] for item in self._state_machine.available_transitions}
             if asked.label or asked.id in allowed:
                 return change(request, response)
+            if _REACHED.get(asked.id) == self.state_label:  # two managers bring it up
+                self.get_logger().info(f"change_state: it is {self.state_label} already")
+                return response
             valid = ", ".join(f"{number} {label}" for number, label in allowed.items())
             problem = f"transition {asked.id} is not allowed in {self.state_label}; valid: {valid}"
             self.guard.refused(self, "change_state", problem)

@@ -68,10 +68,12 @@ def known_arguments(launch: Launch) -> set[str]:
 
 def _command(launch: Launch, given: dict[str, str]) -> list[str]:
     first, *rest = launch.words
-    if given.get("use_sim_time", "true").lower() == "false":
-        if first == "slam":
-            rest += ["--use-sim-time", "false"]
-        first = "robot" if first == "nav" else first
+    clock = given.get("use_sim_time", "true").lower()
+    if first == "slam" and clock == "false":
+        rest += ["--use-sim-time", "false"]
+    elif "use_sim_time" in given and clock == "true" and any("params_file" in key for key in given):
+        rest += ["--use-sim-time", "true"]  # whatever the file says
+    first = "robot" if first == "nav" and clock == "false" else first
     if "map" in launch.options:
         rest += _located(given)
     if first in _STACK_COMMANDS and Path(given.get("params_file", "")).is_file():

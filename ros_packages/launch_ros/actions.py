@@ -25,6 +25,8 @@ from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 _NAMESPACE, _PARAMETERS, _REMAPS = "ros_namespace", "global_params", "ros_remaps"
+_LAUNCHED = "ARJUNA_LAUNCHED"
+"""The variable, where it is set, that tells later programs of the nodes that were started."""
 
 
 class Node(ExecuteProcess):
@@ -68,6 +70,9 @@ class Node(ExecuteProcess):
         space = f"/{space.strip('/')}" if space.strip("/") else ""
         name = _performed(context, self._node_name)
         self.expanded_node_name = f"{space}/{name or '<node_name_unspecified>'}"
+        if _LAUNCHED in context.environment:
+            program_name = _performed(context, self.node_executable)
+            context.environment[_LAUNCHED] += f" {space}/{program_name}"
         given = [*context.launch_configurations.get(_PARAMETERS, ()), *self._parameters]
         node = self.expanded_node_name if name else "/**"
         remaps = [*([("__node", name)] if name else []), *([("__ns", space)] if space else [])]

@@ -26,6 +26,7 @@ class Bonds:
         self._names = {name.rpartition("/")[2]: name for name in states}
         self._alive_at = dict.fromkeys(states, 0.0)
         self._asked: dict[str, Any] = {}
+        self._bonded: set[str] = set()
         self._instance = str(uuid.uuid4())
         self._publisher: Any = None
         if states:
@@ -41,6 +42,7 @@ class Bonds:
         name = self._names.get(message.id)
         if name is not None and message.instance_id != self._instance and message.active:
             self._alive_at[name] = time.monotonic()
+            self._bonded.add(name)
             reply = Status(id=message.id, instance_id=self._instance, active=True)
             reply.header.stamp = message.header.stamp
             reply.heartbeat_timeout = message.heartbeat_timeout
@@ -59,6 +61,15 @@ class Bonds:
                 asked = client.call_async(GetState.Request())
             self._asked[name] = asked
 
-    def silent(self, now: float, timeout: float) -> list[str]:
-        """Return whose last sign of life is older than a timeout [s]."""
-        return [name for name, at in self._alive_at.items() if now - at > timeout]
+    def silent(self, now: float, timeout: float, busy: float) -> list[str]:
+        """Return whose last sign of life is older than a timeout [s].
+
+        A node without a heartbeat that is still in the graph may be busy so long [s]: it answers
+        between its callbacks alone.
+        """
+
+        def patience(name: str) -> float:
+            answers = name not in self._bonded and self._states[name].service_is_ready()
+            return max(timeout, busy) if answers else timeout
+
+        return [name for name, at in self._alive_at.items() if now - at > patience(name)]

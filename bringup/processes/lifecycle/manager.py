@@ -24,7 +24,8 @@ from bringup.processes.lifecycle.plan import Command, State, Step, Transition, V
 SERVICE_DEADLINE = 10.0
 """Time-out for the services of a node that is taken down [s]."""
 START_DEADLINE = 60.0
-"""Time-out for those of one that comes up [s]: it may have been started just now."""
+"""From when on it is told that those of one that comes up are waited for [s]; so long one that is
+up may be busy."""
 TRANSITION_DEADLINE = 90.0
 """Time-out of a transition [s]; the first ever compiles the algorithms."""
 _UPS = (Command.STARTUP, Command.RESUME)
@@ -134,7 +135,7 @@ class LifecycleManager(GuardedNode):
         """Take all down where a node of one's own is lost, and up again where it has come back."""
         now, config = time.monotonic(), self.config
         self._bonds.look(now)
-        silent = self._bonds.silent(now, config.bond_timeout)
+        silent = self._bonds.silent(now, config.bond_timeout, START_DEADLINE)
         if self._jobs:
             return
         if self._respawn_until is not None:
@@ -189,10 +190,13 @@ class LifecycleManager(GuardedNode):
         deadline = START_DEADLINE if job.steps[0].transition.upward else SERVICE_DEADLINE
         if self._states[node].service_is_ready() and self._changes[node].service_is_ready():
             self._wait_for(job, self._states[node].call_async(GetState.Request()), self._on_state)
-        elif now - job.step_started > deadline:
-            self._fail(job, f"offers no lifecycle services after {deadline:.0f} s")
-        else:
+        elif now - job.step_started <= deadline:
             self._on_wait(f"{node}, to offer its lifecycle services")
+        elif job.steps[0].transition.upward and len(self._jobs) == 1:  # as Nav2's, for ever
+            text = f"{node} offers no lifecycle services; it is waited for: is it started?"
+            self.get_logger().warning(text, throttle_duration_sec=deadline)
+        else:
+            self._fail(job, f"offers no lifecycle services after {deadline:.0f} s")
 
     def _wait_for(self, job: _Job, future: Any, then: Callable[[_Job, Any], None]) -> None:
         def done(finished: Any) -> None:

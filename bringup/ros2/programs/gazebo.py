@@ -38,7 +38,8 @@ _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "servi
 
 def serve(words: list[str]) -> None:
     """Simulate what is spawned, or the robots that the world has, in the world that words name."""
-    if "-g" in words and "-s" not in words:
+    of_window = words[:1] == ["service"] and any(word.startswith("/gui/") for word in words)
+    if of_window or ("-g" in words and "-s" not in words):
         print("nothing to do: 'arjuna view' shows the world", flush=True)
         return
     if words[:1] and words[0] in _TOOLS:
@@ -140,10 +141,8 @@ def create(words: list[str]) -> None:
         if space and str(chosen.topic).startswith("/"):  # that of its description is the robot's
             space = str(chosen.topic).strip("/").rpartition("/")[0] or space
         space = chosen.robot_namespace.strip("/") or space
-        described = f"/{space}/robot_description".replace("//", "/")
-        if LAUNCHED in os.environ:  # with who describes the robot, where the simulator does not
-            count = client.client.count_publishers
-            client.run_until(lambda: count(described) > 0, _PUBLISHER_STARTS, required=False)
+        if LAUNCHED in os.environ:
+            await_description(client, f"/{space}/robot_".replace("//", "/"))
         request = SpawnEntity.Request(entity_resource=resource, allow_renaming=True)
         request.name = chosen.name or "robot"
         request.entity_namespace = space and f"/{space}"
@@ -151,6 +150,18 @@ def create(words: list[str]) -> None:
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
         place.orientation = quaternion(chosen.Y)
         print(f"spawned {_ask(client, request)}", flush=True)
+
+
+def await_description(client: SimulatorClient, start: str) -> None:
+    """Wait for who describes a robot, where the simulator does not: longer where it was launched.
+
+    Args:
+        start: Of its names, with the namespace, as `/robot_`.
+    """
+    launched = f"{start}state_publisher" in os.environ[LAUNCHED].split()
+    count, topic = client.client.count_publishers, f"{start}description"
+    patience = _PATIENCE if launched else _PUBLISHER_STARTS
+    client.run_until(lambda: bool(count(topic)), patience, required=False)
 
 
 def _ask(client: SimulatorClient, request: Any) -> str:

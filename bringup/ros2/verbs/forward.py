@@ -242,7 +242,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
 
 
 LAUNCHED = "ARJUNA_LAUNCHED"
-"""Set in the environment of what a launch file starts."""
+"""Set in the environment of what a launch file starts, to the programs that it started before."""
 GENERATED = "share/arjuna/generated"
 """Marks the prefix of the packages that are made here."""
 

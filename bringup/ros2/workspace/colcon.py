@@ -197,11 +197,14 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
     found = read_cmake(package.folder, package.name, SITE)
     if found.is_interfaces:
         from rosidl_build.environment import build
+        from rosidl_build.generate import find_prefix
 
         try:
             build(package.folder)
         except (ValueError, OSError) as error:
             raise Ros2Error(f"interfaces of {package.name}: {error}") from error
+        built = Path("share", package.name)
+        put(find_prefix() / built, prefix / built, False)
     for name, folder in found.modules.items():
         put(folder, prefix / SITE / name, linked)
     for source, target, is_program in found.items:

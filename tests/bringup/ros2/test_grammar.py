@@ -226,6 +226,11 @@ def test_ros_arguments_are_parted_from_a_program_s_own() -> None:
             " use_sim_time:=false",
             "robot --map m.yaml --params p.yaml",
         ),
+        (
+            "launch nav2_bringup bringup_launch.py map:=m.yaml params_file:=p.yaml"
+            " use_sim_time:=True",
+            "nav --use-sim-time true --map m.yaml --params p.yaml",
+        ),
         ("launch nav2_bringup bringup_launch.py slam:=True map:=m.yaml", "nav --slam"),
         (
             "launch slam_toolbox online_async_launch.py slam_params_file:=s.yaml autostart:=true",

@@ -11,6 +11,7 @@ from typing import Any
 import pytest
 from bond.msg import Status
 from nav2_msgs.srv import ManageLifecycleNodes
+from rclpy.task import Future
 from std_srvs.srv import Trigger
 
 from arjuna_core.config import param
@@ -253,16 +254,32 @@ def test_nodes_of_ones_own_come_up_behind_the_process_s(managed: Make) -> None:
     assert system.manager.get_parameter("node_names").value == ["first", "second", "/own"]
 
 
-def test_one_that_starts_half_a_minute_later_comes_up_too(
-    managed: Make, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def _long_awaited(managed: Make, monkeypatch: pytest.MonkeyPatch) -> Managed:
+    """Return a bench whose manager waits for a node of a user's own since five minutes."""
     system = managed(autostart=True, node_names=("/own",))
-    system.spin_until(lambda: "second configure" in system.diary)
-    later = SimpleNamespace(monotonic=lambda: time.monotonic() + 30.0)
+    waited: list[str] = []
+    monkeypatch.setattr(system.manager, "_on_wait", waited.append)
+    system.spin_until(lambda: "/own, to offer its lifecycle services" in waited)
+    later = SimpleNamespace(monotonic=lambda: time.monotonic() + 300.0)
     monkeypatch.setattr(manager, "time", later)
     system.spin(0.5)
+    return system
+
+
+def test_one_that_starts_minutes_later_comes_up_too(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = _long_awaited(managed, monkeypatch)
     system.add("own")
     system.spin_until(lambda: system.manager.system_active)
+
+
+def test_one_that_does_not_start_holds_up_no_other_command(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system = _long_awaited(managed, monkeypatch)
+    system.manager.submit(Command.RESET, lambda success: None)
+    system.spin_until(lambda: "first cleanup" in system.diary)
 
 
 @pytest.mark.parametrize("back", [True, False])
@@ -278,6 +295,16 @@ def test_losing_a_users_node_restarts_all(managed: Make, back: bool) -> None:
     else:
         system.spin(2.0)
         assert system.diary[-1] == "first cleanup"
+
+
+def test_a_busy_node_without_a_heartbeat_is_not_lost(
+    managed: Make, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    system, _ = with_own(managed)
+    unanswered = SimpleNamespace(service_is_ready=lambda: True, call_async=lambda asked: Future())
+    monkeypatch.setitem(system.manager._bonds._states, "/own", unanswered)
+    system.spin(3.0)
+    assert system.manager.system_active
 
 
 @pytest.mark.parametrize("values", [{"bond_timeout": 0.0}, {"bond_timeout": 30.0}])

@@ -121,6 +121,13 @@ def test_forbidden_transitions_fail(bench: RosBench, node: FragileNode, transiti
     assert bench.call(GetState, "fragile/get_state", GetState.Request()).current_state.id == 3
 
 
+def test_a_transition_to_where_it_is_is_no_fault(bench: RosBench, node: FragileNode) -> None:
+    request = ChangeState.Request()
+    request.transition.id = 3  # as of a second manager that brings it up
+    assert not bench.call(ChangeState, "fragile/change_state", request).success
+    assert not bench.process.guard.tallies
+
+
 def test_a_refused_value_keeps_the_one_before(bench: RosBench, node: FragileNode) -> None:
     node.broken = "on_config"
     request = SetParameters.Request(parameters=[ParameterMsg(name="limit")])

@@ -52,7 +52,7 @@ from launch.substitutions import (
     SubstitutionFailure,
 )
 from launch_ros import lifecycle
-from launch_ros.actions import LifecycleTransition
+from launch_ros.actions import LifecycleTransition, Node
 from launch_ros.parameter_descriptions import ParameterValue, value_of
 from nav2_common.launch import RewrittenYaml
 
@@ -205,6 +205,15 @@ def test_a_missing_program_is_named(launched: Launch) -> None:
     assert code == 1
     assert "cannot be started: [Errno 2]" in printed
     assert "] x\n" in printed
+
+
+def test_a_program_knows_the_nodes_before_it(
+    launched: Launch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setenv("ARJUNA_LAUNCHED", "1")
+    first = Node(executable="true", namespace="/a")
+    second = Node(executable="printenv", arguments=["ARJUNA_LAUNCHED"], output="screen")
+    assert "1 /a/true /printenv\n" in launched(first, second)[1]
 
 
 def test_a_group_keeps_its_settings_to_itself(

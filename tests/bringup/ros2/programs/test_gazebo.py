@@ -8,6 +8,7 @@ import subprocess
 import sys
 from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -118,6 +119,24 @@ def test_the_world_is_the_word_that_names_one(words: str, world: str) -> None:
 def test_a_question_to_gazebo_itself_starts_no_world() -> None:
     with pytest.raises(Ros2Error, match="'gz fuel' asks Gazebo itself, which is not here"):
         gazebo.serve(["fuel", "list", "-t", "model"])
+
+
+@pytest.mark.parametrize(("launched", "patience"), [("1 /r1/robot_state_publisher", 60), ("1", 8)])
+def test_who_is_launched_to_describe_a_robot_is_waited_for(
+    launched: str, patience: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    waited: list[float] = []
+    monkeypatch.setenv("ARJUNA_LAUNCHED", launched)
+    graph = SimpleNamespace(count_publishers=lambda topic: 0)
+    until = lambda done, patience, required: waited.append(patience)  # noqa: E731
+    client: Any = SimpleNamespace(client=graph, run_until=until)
+    gazebo.await_description(client, "/r1/robot_")
+    assert waited == [patience]
+
+
+def test_gazebo_s_window_is_asked_in_vain(capsys: pytest.CaptureFixture[str]) -> None:
+    gazebo.serve(["service", "-s", "/gui/move_to/pose", "--req", "pose: {position: {x: -0.5}}"])
+    assert "'arjuna view' shows the world" in capsys.readouterr().out
 
 
 def test_gazebos_programs_are_the_simulator() -> None:

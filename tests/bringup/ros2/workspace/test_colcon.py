@@ -9,7 +9,7 @@ from pathlib import Path
 from unittest.mock import Mock
 
 import pytest
-from rosidl_build import environment
+from rosidl_build import environment, generate
 
 from bringup.ros2.main import main as ros2
 from bringup.ros2.workspace.catkin import catkin_create_pkg
@@ -133,6 +133,9 @@ def test_a_package_of_data_is_built_from_its_cmake_file(
 ) -> None:
     built: list[Path] = []
     monkeypatch.setattr(environment, "build", built.append)
+    monkeypatch.setattr(generate, "find_prefix", lambda: source.parent / "environment")
+    definition = "share/my_description/msg/Num.msg"
+    _write(source.parent / "environment", {definition: "int64 num\n"})
     folder = _manifest(source, "my_description", "ament_cmake")
     cmake = (
         "project(my_description)\nfind_package(ament_cmake REQUIRED)  # as ever\n"
@@ -150,6 +153,8 @@ def test_a_package_of_data_is_built_from_its_cmake_file(
     assert (share / "urdf" / "robot.urdf").read_text() == "<robot/>"
     assert _sourced("ros2 run my_description say") == "said\n"
     assert len(built) == bool(interfaces)
+    if interfaces:
+        assert _sourced("ros2 interface show my_description/msg/Num") == "int64 num\n"
 
 
 def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
