@@ -56,6 +56,8 @@ _MAX_SIZE, _MAX_NODES, _MAX_DEPTH, _MAX_FILES = 1_000_000, 2000, 100, 20
 _BY_ID = ("Action", "Condition", "Control", "Decorator")
 _SUBTREES = ("SubTree", "SubTreePlus")
 _SHARING = ("_autoremap", "__autoremap", "__shared_blackboard")
+_OWN_NAME = ("{=}", "=")
+"""Texts of a port whose entry has the port's own name."""
 _IGNORED = ("_description", "_fullpath", "_uid")
 
 
@@ -241,18 +243,20 @@ class _Builder:
                 raise self._error(f"<{element.tag}> has no ID; valid: <{element.tag} ID='...'>")
         texts.pop("ID", None)
         texts = {_OF_FORMAT_3.get((kind, key), key): text for key, text in texts.items()}
+        texts = {key: f"{{{key}}}" if text in _OWN_NAME else text for key, text in texts.items()}
         name = texts.pop("name", "") or kind
         shown = f"<{kind} name='{name}'>"
         scripts = {
             key: self._script(shown, key, texts.pop(key)) for key in SCRIPTED if key in texts
         }
         if is_subtree:
-            own, child = self._subtree(kind, texts, board, inside, depth)
-            parts = Maker(name, uid, {}, (child,), own, self._tree, scripts)
-            return SubTree(parts)
+            child = self._subtree(kind, texts, board, inside, depth)
+            return SubTree(Maker(name, uid, {}, (child,), board, self._tree, scripts))
         cls = self._nodes.get(kind)
         if cls is None:
             hint = nearest(kind, [*self._nodes, "SubTree"])
+            if hint.startswith("valid"):
+                hint = f"C++ does not load, your own node in Python does: docs/plugins.md; {hint}"
             raise UnknownNodeError(f"{self._where}: there is no node '{kind}'; {hint}")
         self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
@@ -285,7 +289,7 @@ class _Builder:
         board: Blackboard,
         inside: tuple[str, ...],
         depth: int,
-    ) -> tuple[Blackboard, TreeNode]:
+    ) -> TreeNode:
         """Build a tree in a tree; its entries are its own but for those that are passed."""
         if called not in self._trees:
             raise self._error(f"there is no tree '{called}'; {nearest(called, self._trees)}")
@@ -296,4 +300,4 @@ class _Builder:
         renamed = {key: entry(text) or "" for key, text in passed.items() if entry(text)}
         literals = {key: text for key, text in passed.items() if key not in renamed}
         own = Blackboard(board, renamed, shared, literals)
-        return own, self._node(self._trees[called][0], own, (*inside, called), depth + 1)
+        return self._node(self._trees[called][0], own, (*inside, called), depth + 1)

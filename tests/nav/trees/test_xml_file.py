@@ -157,6 +157,27 @@ def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]
 
 
+def test_a_port_may_say_that_its_entry_has_its_own_name() -> None:
+    copy = '<SetBlackboard value="{=}" output_key="seen"/>'
+    subtree = '<SubTree ID="Sub" value="{=}" seen="{=}"/>'
+    text = f'<root main_tree_to_execute="Main">{_tree("Main", subtree)}{_tree("Sub", copy)}</root>'
+    tree = build_tree(text, "test.xml")
+    tree.blackboard.set("value", 3)
+    tree.tick(TreeState(0.0))
+    assert tree.blackboard.get("seen") == 3
+
+
+def test_a_subtree_s_conditions_are_of_the_tree_that_it_stands_in() -> None:
+    subtree = '<SubTree ID="Sub" _skipIf="tired" _onSuccess="done := true"/>'
+    trees = _tree("Main", subtree) + _tree("Sub", '<Script code="tired := true"/>')
+    tree = build_tree(f'<root main_tree_to_execute="Main">{trees}</root>', "test.xml")
+    tree.blackboard.set("tired", False)
+    assert [tree.tick(TreeState(0.0))[0] for _ in range(2)] == [Status.SUCCESS] * 2
+    assert tree.blackboard.get("done") is True
+    tree.blackboard.set("tired", True)
+    assert tree.tick(TreeState(0.0))[0] is Status.SKIPPED
+
+
 def test_two_trees_of_one_name_are_refused_with_both_files(tmp_path: Path) -> None:
     text = "<root>" + _tree("A", "<AlwaysSuccess/>") + "</root>"
     (tmp_path / "part.xml").write_text(text, encoding="utf-8")
