@@ -138,7 +138,7 @@ def build_tree(
     document = _document(text, where)
     trees = _Trees(where, {} if contents is None else contents)
     trees.add(document, where, folder)
-    return _Builder(where, trees.named, nodes).build(trees.main(document))
+    return _Builder(where, trees, nodes).build(trees.main(document))
 
 
 def _document(text: str | bytes, where: str) -> Any:
@@ -158,6 +158,7 @@ class _Trees:
     where: str
     contents: dict[Path, bytes]
     named: dict[str, Any] = field(default_factory=dict)
+    models: dict[str, dict[str, str]] = field(default_factory=dict)
     files_of: dict[str, str] = field(default_factory=dict)
     own: list[str] = field(default_factory=list)
     files: set[Path] = field(default_factory=set)
@@ -167,6 +168,10 @@ class _Trees:
         for element in document:
             if element.tag == "include":
                 self._include(element, where, folder)
+            elif element.tag == "TreeNodesModel":
+                for model in element.iterfind("SubTree"):
+                    ports = self.models.setdefault(model.get("ID", ""), {})
+                    ports |= {port.get("name", ""): port.get("default", "") for port in model}
             elif element.tag == "BehaviorTree":
                 name = element.get("ID", "")
                 if len(element) != 1:
@@ -210,11 +215,9 @@ class _Trees:
 
 
 class _Builder:
-    def __init__(
-        self, where: str, trees: Mapping[str, Any], nodes: Mapping[str, type[TreeNode]]
-    ) -> None:
+    def __init__(self, where: str, trees: _Trees, nodes: Mapping[str, type[TreeNode]]) -> None:
         self._where = where
-        self._trees = trees
+        self._trees, self._models = trees.named, trees.models
         self._nodes = nodes
         self._tree = Tree()
         self._count = 0
@@ -297,6 +300,10 @@ class _Builder:
             raise self._error(f"tree '{called}' holds itself: {' > '.join((*inside, called))}")
         shared = any(texts.get(key, "").lower() in ("true", "1") for key in _SHARING)
         passed = {key: text for key, text in texts.items() if not key.startswith("_")}
+        if not shared:
+            passed = {**self._models.get(called, {}), **passed}
+        if lacking := [key for key, text in passed.items() if not text and key not in texts]:
+            raise self._error(f"<SubTree ID='{called}'> lacks {lacking}; its model has no default")
         renamed = {key: entry(text) or "" for key, text in passed.items() if entry(text)}
         literals = {key: text for key, text in passed.items() if key not in renamed}
         own = Blackboard(board, renamed, shared, literals)
