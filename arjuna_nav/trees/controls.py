@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from arjuna_nav.trees.exchange import Topic, TopicKind
 from arjuna_nav.trees.node import ENDED, Control, Maker, Status
-from arjuna_nav.trees.ports import TEXT, WHOLE, Port
+from arjuna_nav.trees.ports import ANY, TEXT, WHOLE, Port
 
 
 class _InTurn(Control):
@@ -180,21 +180,13 @@ class IfThenElse(WhileDoElse):
 class _Switch(_Choosing):
     """Runs the child of the case that a variable has now, or else the last."""
 
-    variable = Port(TEXT, "")
+    variable = Port(ANY, "")
 
     def _tick(self) -> Status:
-        variable = self.variable
+        value = self.variable
+        variable = f"{value:g}" if isinstance(value, float) else str(value)
         cases = [self.get(name) for name in self.PORTS if name != "variable"]
-        same = (k for k, case in enumerate(cases) if case == variable or _equal(case, variable))
-        return self._run(next(same, len(cases)))
-
-
-def _equal(case: str, variable: str) -> bool:
-    """Return whether two texts are one number."""
-    try:
-        return float(case) == float(variable)
-    except ValueError:
-        return False
+        return self._run(cases.index(variable) if variable in cases else len(cases))
 
 
 SWITCHES: dict[str, type[Control]] = {

@@ -63,6 +63,8 @@ _CLIENTS = {
     "follow_path_client": (FollowPath, "follow_path"),
     "compute_path_to_pose_client": (ComputePathToPose, "compute_path_to_pose"),
     "compute_path_through_poses_client": (ComputePathThroughPoses, "compute_path_through_poses"),
+    "compute_route_client": (ComputeRoute, "compute_route"),
+    "compute_and_track_route_client": (ComputeAndTrackRoute, "compute_and_track_route"),
     "smoother_client": (SmoothPath, "smooth_path"),
     "spin_client": (Spin, "spin"),
     "backup_client": (BackUp, "backup"),

@@ -7,7 +7,6 @@ from typing import Any
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import PoseStamped
 from nav2_msgs.action import ComputeAndTrackRoute, ComputeRoute
-from rclpy.action import ActionClient
 
 from nav2_simple_commander.services import RobotServices
 from nav2_simple_commander.task import RunningTask, Task
@@ -22,21 +21,16 @@ class RouteRobot(RobotServices):
         route_feedback: What has not been taken yet, oldest first.
     """
 
+    status: int | None
+    compute_route_client: Any
+    compute_and_track_route_client: Any
+
     def __init__(self, node_name: str, namespace: str) -> None:
         super().__init__(node_name, namespace)
         self.route_goal_handle: Any = None
         self.route_result_future: Any = None
         self.route_feedback: list[Any] = []
         self._route = Task(self, "route_")
-        self.compute_route_client = ActionClient(self, ComputeRoute, "compute_route")
-        self.compute_and_track_route_client = ActionClient(
-            self, ComputeAndTrackRoute, "compute_and_track_route"
-        )
-
-    def destroy_node(self) -> None:
-        self.compute_route_client.destroy()
-        self.compute_and_track_route_client.destroy()
-        super().destroy_node()
 
     def _routeFeedbackCallback(self, msg: Any) -> None:
         self.route_feedback.append(msg.feedback)
@@ -48,8 +42,8 @@ class RouteRobot(RobotServices):
             return None
         self.info("Getting route...")
         result = self._task.finish(self.compute_route_client, request)
-        if self._task.status != GoalStatus.STATUS_SUCCEEDED:
-            self.warn(f"Getting route failed with status code: {self._task.status}")
+        if self.status != GoalStatus.STATUS_SUCCEEDED:
+            self.warn(f"Getting route failed with status code: {self.status}")
             return None
         return [result.path, result.route]
 

@@ -57,12 +57,6 @@ class Task(Session):
         self._feedback = "_routeFeedbackCallback" if prefix else "_feedbackCallback"
 
     @property
-    def status(self) -> int | None:
-        """The status with which the last goal ended, of either task."""
-        status: int | None = self._navigator.status
-        return status
-
-    @property
     def result_future(self) -> Any:
         """The future of the goal's result, None before the first and of a rejected one."""
         return getattr(self._navigator, self._future)

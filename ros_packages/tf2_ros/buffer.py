@@ -28,7 +28,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferInterface.__init__(self)
         self.clock = node.get_clock() if node is not None else Clock()
         self._lock = threading.RLock()
-        self._waiting: list[tuple[Callable[[], Any], Callable[[], Any], Future]] = []
+        self._waiting: list[tuple[Callable[[], TransformStamped], Future]] = []
 
     def _set(self, transform: TransformStamped, authority: str, static: bool) -> bool:
         """Take a transform, and answer those who wait for it."""
@@ -40,13 +40,13 @@ class Buffer(BufferCore, BufferInterface):
     def _answer(self) -> None:
         with self._lock:
             waiting, self._waiting = self._waiting, []
-            for known, lookup, future in waiting:
+            for lookup, future in waiting:
                 if future.cancelled():
                     continue
-                if known()[0]:
+                try:
                     future.set_result(lookup())
-                else:
-                    self._waiting.append((known, lookup, future))
+                except TransformException:
+                    self._waiting.append((lookup, future))
 
     def lookup_transform(
         self,
@@ -118,23 +118,16 @@ class Buffer(BufferCore, BufferInterface):
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Time) -> Future:
         """Return a future that is done with the transform as soon as it is known."""
-        return self._wait(
-            self.can_transform_core, self.lookup_transform_core, target_frame, source_frame, time
-        )
+        return self._wait(partial(self.lookup_transform_core, target_frame, source_frame, time))
 
     def wait_for_transform_full_async(self, *asked: Any, **named: Any) -> Future:
         """Return a future that is done with `lookup_transform_full` as soon as that is known."""
-        return self._wait(
-            self.can_transform_full_core, self.lookup_transform_full_core, *asked, **named
-        )
+        return self._wait(partial(self.lookup_transform_full_core, *asked, **named))
 
-    def _wait(
-        self, known: Callable[..., Any], lookup: Callable[..., Any], *asked: Any, **named: Any
-    ) -> Future:
+    def _wait(self, lookup: Callable[[], TransformStamped]) -> Future:
         future: Future = Future()
-        known, lookup = (partial(core, *asked, **named) for core in (known, lookup))
         with self._lock:
-            self._waiting.append((known, lookup, future))
+            self._waiting.append((lookup, future))
         self._answer()
         return future
 
