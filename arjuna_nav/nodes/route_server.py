@@ -187,13 +187,12 @@ class RouteServerNode(RouteHost):
         off = config.max_prune_dist_from_edge
         return pruned(route, start, goal if config.prune_goal else None, *least, off), edge
 
-    def _follow(
-        self, request: RouteRequest, route: Route, edge: Edge | None, rerouted: bool = False
-    ) -> None:
+    def _follow(self, request: RouteRequest, route: Route, edge: Edge | None) -> None:
+        """Track a route; as in nav2_route, its first feedback says so as that after rerouting."""
         config = self.config
         radii = config.radius_to_achieve_node, config.boundary_radius_to_achieve_node
         self._asked, self._route, self.tracker = request, route, Tracker(route, *radii, edge)
-        self._publish_progress(self.tracker, rerouted=rerouted)
+        self._publish_progress(self.tracker, rerouted=True)
 
     def _track(self) -> None:
         server = self._tracking
@@ -249,7 +248,7 @@ class RouteServerNode(RouteHost):
         route, edge = self._find(asked, tracker.edge)
         ahead = tracker.edge, tracker.next_node, tracker.ahead
         if (edge, route.start, route.edges) != ahead:
-            self._follow(asked, route, edge, rerouted=True)
+            self._follow(asked, route, edge)
 
     def _publish_progress(
         self, tracker: Tracker, operations: Sequence[str] = (), rerouted: bool = False

@@ -13,7 +13,7 @@ from typing import ClassVar
 
 from arjuna_nav.trees.exchange import Topic, TopicKind
 from arjuna_nav.trees.node import ENDED, Control, Maker, Status
-from arjuna_nav.trees.ports import TEXT, WHOLE, Port
+from arjuna_nav.trees.ports import ANY, TEXT, WHOLE, Port
 
 
 class _InTurn(Control):
@@ -95,51 +95,52 @@ class ReactiveFallback(_Reactive):
     CONTINUES, ENDS = Status.FAILURE, Status.SUCCESS
 
 
-class _AtOnce(Control):
-    def _run_all(self) -> list[Status]:
-        """Tick the children that have not ended; return the states of all."""
-        for child in self.children:
-            if child.status not in ENDED:
-                child.execute()
-        return [child.status for child in self.children]
-
-
-class Parallel(_AtOnce):
-    """Ticks all children; ends when enough have succeeded or failed; -1 means all."""
+class Parallel(Control):
+    """Ticks all children until enough have succeeded, or failed, or too few can; -1 means all."""
 
     success_count = Port(WHOLE, -1)
     failure_count = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
-        statuses = self._run_all()
-        skipped = statuses.count(Status.SKIPPED)
-        for status, port in ((Status.SUCCESS, "success_count"), (Status.FAILURE, "failure_count")):
-            count = self.get(port)
-            needed = count if count >= 0 else len(statuses) + count + 1
-            if status is Status.SUCCESS and count < 0:
-                needed = max(needed - skipped, 1)
-            if statuses.count(status) >= needed:
-                return self._end(status)
-        if Status.RUNNING in statuses:
-            return Status.RUNNING
-        return self._end(Status.SKIPPED if skipped == len(statuses) else Status.FAILURE)
+        total, skipped = len(self.children), 0
+        wanted, most = (
+            _of_all(self.get(name), total) for name in ("success_count", "failure_count")
+        )
+        spared = self.success_count < 0
+        for child in self.children:
+            if child.status not in ENDED:
+                skipped += child.execute() is Status.SKIPPED
+            statuses = [each.status for each in self.children]
+            failed = statuses.count(Status.FAILURE)
+            if statuses.count(Status.SUCCESS) + spared * skipped >= wanted and skipped < total:
+                return self._end(Status.SUCCESS)
+            if failed == most or total - failed < wanted:
+                return self._end(Status.FAILURE)
+        return self._end(Status.SKIPPED) if skipped == total else Status.RUNNING
 
 
-class ParallelAll(_AtOnce):
+class ParallelAll(Control):
     """Ticks all children to their ends; fails where too many have failed; -1 means all."""
 
     max_failures = Port(WHOLE, 1)
 
     def _tick(self) -> Status:
-        statuses = self._run_all()
+        for child in self.children:
+            if child.status not in ENDED:
+                child.execute()
+        statuses = [child.status for child in self.children]
         if Status.RUNNING in statuses:
             return Status.RUNNING
         self.reset_children()
-        most = self.max_failures
-        most = most if most >= 0 else len(statuses) + most + 1
         if statuses.count(Status.SKIPPED) == len(statuses):
             return Status.SKIPPED
+        most = _of_all(self.max_failures, len(statuses))
         return Status.FAILURE if statuses.count(Status.FAILURE) >= most else Status.SUCCESS
+
+
+def _of_all(count: int, total: int) -> int:
+    """Return a number of children, where a negative one counts back from all."""
+    return count if count >= 0 else max(total + count + 1, 0)
 
 
 class _Choosing(Control):
@@ -179,10 +180,11 @@ class IfThenElse(WhileDoElse):
 class _Switch(_Choosing):
     """Runs the child of the case that a variable has now, or else the last."""
 
-    variable = Port(TEXT, "")
+    variable = Port(ANY, "")
 
     def _tick(self) -> Status:
-        variable = self.variable
+        value = self.variable
+        variable = f"{value:g}" if isinstance(value, float) else str(value)
         cases = [self.get(name) for name in self.PORTS if name != "variable"]
         return self._run(cases.index(variable) if variable in cases else len(cases))
 

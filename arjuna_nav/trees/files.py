@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 
-from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
+from arjuna_core.files.maps_folder import MapsFolderError, map_path
 from arjuna_core.files.shipped import shipped_file
 from arjuna_nav.trees.blackboard import TreeError
+
+_NAV2 = "nav2_bt_navigator"
 
 
 def default_tree(name: str, folders: Sequence[str]) -> Path:
@@ -21,24 +24,28 @@ def default_tree(name: str, folders: Sequence[str]) -> Path:
 
 
 def tree_file(name: str, folders: Sequence[str]) -> Path:
-    """Return the tree of a name: a file in a folder, or a shipped one by its name.
+    """Return the tree of a name: a file in a folder or the user's home, or a shipped one.
+
+    A shipped one stands for Nav2's of its name, and for paths of another machine; never for a file
+    of one's own that is here, but not where a goal may name it.
 
     Raises:
         TreeError: There is none.
     """
     for each in folders:
         try:
-            path = path_in_folder(each, name)
+            path = map_path(each, name)
         except MapsFolderError:
             continue  # a path on another machine may end in the name of a shipped tree
         if path.is_file():
             return path
     shipped = shipped_file("behavior_trees")
     own = shipped / Path(name).name
-    if own.suffix == ".xml" and own.is_file():
+    is_here = name.startswith("/") and os.path.isfile(name)  # noqa: PTH113 - names of any kind
+    if own.is_file() and own.suffix == ".xml" and not (is_here and _NAV2 not in Path(name).parts):
         return own
     valid = ", ".join(sorted(each.name for each in shipped.glob("*.xml")))
     raise TreeError(
         f"there is no behavior tree '{name}' in the folder '{folders[0]}' (parameter "
-        f"'bt_folder'); valid: a file there, or {valid}"
+        f"'bt_folder') or the user's home; valid: a file there, or {valid}"
     )

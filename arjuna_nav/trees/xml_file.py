@@ -56,6 +56,8 @@ _MAX_SIZE, _MAX_NODES, _MAX_DEPTH, _MAX_FILES = 1_000_000, 2000, 100, 20
 _BY_ID = ("Action", "Condition", "Control", "Decorator")
 _SUBTREES = ("SubTree", "SubTreePlus")
 _SHARING = ("_autoremap", "__autoremap", "__shared_blackboard")
+_OWN_NAME = ("{=}", "=")
+"""Texts of a port whose entry has the port's own name."""
 _IGNORED = ("_description", "_fullpath", "_uid")
 
 
@@ -136,7 +138,7 @@ def build_tree(
     document = _document(text, where)
     trees = _Trees(where, {} if contents is None else contents)
     trees.add(document, where, folder)
-    return _Builder(where, trees.named, nodes).build(trees.main(document))
+    return _Builder(where, trees, nodes).build(trees.main(document))
 
 
 def _document(text: str | bytes, where: str) -> Any:
@@ -156,6 +158,7 @@ class _Trees:
     where: str
     contents: dict[Path, bytes]
     named: dict[str, Any] = field(default_factory=dict)
+    models: dict[str, dict[str, str]] = field(default_factory=dict)
     files_of: dict[str, str] = field(default_factory=dict)
     own: list[str] = field(default_factory=list)
     files: set[Path] = field(default_factory=set)
@@ -165,6 +168,10 @@ class _Trees:
         for element in document:
             if element.tag == "include":
                 self._include(element, where, folder)
+            elif element.tag == "TreeNodesModel":
+                for model in element.iterfind("SubTree"):
+                    ports = self.models.setdefault(model.get("ID", ""), {})
+                    ports |= {port.get("name", ""): port.get("default", "") for port in model}
             elif element.tag == "BehaviorTree":
                 name = element.get("ID", "")
                 if len(element) != 1:
@@ -208,11 +215,9 @@ class _Trees:
 
 
 class _Builder:
-    def __init__(
-        self, where: str, trees: Mapping[str, Any], nodes: Mapping[str, type[TreeNode]]
-    ) -> None:
+    def __init__(self, where: str, trees: _Trees, nodes: Mapping[str, type[TreeNode]]) -> None:
         self._where = where
-        self._trees = trees
+        self._trees, self._models = trees.named, trees.models
         self._nodes = nodes
         self._tree = Tree()
         self._count = 0
@@ -241,18 +246,20 @@ class _Builder:
                 raise self._error(f"<{element.tag}> has no ID; valid: <{element.tag} ID='...'>")
         texts.pop("ID", None)
         texts = {_OF_FORMAT_3.get((kind, key), key): text for key, text in texts.items()}
+        texts = {key: f"{{{key}}}" if text in _OWN_NAME else text for key, text in texts.items()}
         name = texts.pop("name", "") or kind
         shown = f"<{kind} name='{name}'>"
         scripts = {
             key: self._script(shown, key, texts.pop(key)) for key in SCRIPTED if key in texts
         }
         if is_subtree:
-            own, child = self._subtree(kind, texts, board, inside, depth)
-            parts = Maker(name, uid, {}, (child,), own, self._tree, scripts)
-            return SubTree(parts)
+            child = self._subtree(kind, texts, board, inside, depth)
+            return SubTree(Maker(name, uid, {}, (child,), board, self._tree, scripts))
         cls = self._nodes.get(kind)
         if cls is None:
             hint = nearest(kind, [*self._nodes, "SubTree"])
+            if hint.startswith("valid"):
+                hint = f"C++ does not load, your own node in Python does: docs/plugins.md; {hint}"
             raise UnknownNodeError(f"{self._where}: there is no node '{kind}'; {hint}")
         self._check(shown, cls, texts, len(element))
         children = tuple(self._node(child, board, inside, depth + 1) for child in element)
@@ -285,7 +292,7 @@ class _Builder:
         board: Blackboard,
         inside: tuple[str, ...],
         depth: int,
-    ) -> tuple[Blackboard, TreeNode]:
+    ) -> TreeNode:
         """Build a tree in a tree; its entries are its own but for those that are passed."""
         if called not in self._trees:
             raise self._error(f"there is no tree '{called}'; {nearest(called, self._trees)}")
@@ -293,7 +300,11 @@ class _Builder:
             raise self._error(f"tree '{called}' holds itself: {' > '.join((*inside, called))}")
         shared = any(texts.get(key, "").lower() in ("true", "1") for key in _SHARING)
         passed = {key: text for key, text in texts.items() if not key.startswith("_")}
+        if not shared:
+            passed = {**self._models.get(called, {}), **passed}
+        if lacking := [key for key, text in passed.items() if not text and key not in texts]:
+            raise self._error(f"<SubTree ID='{called}'> lacks {lacking}; its model has no default")
         renamed = {key: entry(text) or "" for key, text in passed.items() if entry(text)}
         literals = {key: text for key, text in passed.items() if key not in renamed}
         own = Blackboard(board, renamed, shared, literals)
-        return own, self._node(self._trees[called][0], own, (*inside, called), depth + 1)
+        return self._node(self._trees[called][0], own, (*inside, called), depth + 1)

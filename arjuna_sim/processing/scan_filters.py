@@ -104,6 +104,7 @@ class PolygonOutline:
 
     polygon: str = fixed("[]", "Its corners, as [[x, y], [x, y], ...] [m].")
     polygon_frame: str = fixed("base_link", "Frame of the polygon.")
+    polygon_padding: float = param(0.0, "What a corner is moved away from both axes.", unit="m")
     invert: bool = param(False, "Whether points outside are removed instead.")
 
     def __post_init__(self) -> None:
@@ -120,7 +121,7 @@ class PolygonOutline:
         except (ValueError, TypeError, RecursionError) as error:
             problem = f"'polygon' is {self.polygon!r}; valid: [[x, y], [x, y], [x, y], ...]"
             raise ConfigError(problem) from error
-        return found
+        return found + np.sign(found) * self.polygon_padding
 
     def apply(self, sweep: Sweep, mounted: Mounted, memory: dict[str, Any]) -> Sweep:
         """Return the sweep without the points in the polygon."""
@@ -292,6 +293,7 @@ FILTERS: dict[str, type[ScanFilter]] = {
     "laser_filters/LaserScanAngularBoundsFilterInPlace": AngularGap,
     "laser_filters/LaserScanBoxFilter": Box,
     "laser_filters/LaserScanPolygonFilter": PolygonOutline,
+    "laser_filters/StaticLaserScanPolygonFilter": PolygonOutline,
     "laser_filters/LaserScanFootprintFilter": Footprint,
     "laser_filters/LaserScanSectorFilter": Sector,
     "laser_filters/ScanShadowsFilter": Shadows,

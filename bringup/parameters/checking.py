@@ -254,8 +254,7 @@ def _without_other_trees(parameters: Parameters, problems: list[str]) -> list[Re
                 problems.append(f"{where}: {error}")
                 continue
             del values[key]
-            reason = f"{error}; the default tree runs; nodes of one's own: docs/plugins.md"
-            remarks.append(Remark(Kind.UNKNOWN, where, reason))
+            remarks.append(Remark(Kind.UNKNOWN, where, f"{error}; the default tree runs"))
     return remarks
 
 

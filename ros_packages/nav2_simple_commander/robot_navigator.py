@@ -15,8 +15,10 @@ from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import (
     AssistedTeleop,
     BackUp,
+    ComputeAndTrackRoute,
     ComputePathThroughPoses,
     ComputePathToPose,
+    ComputeRoute,
     DockRobot,
     DriveOnHeading,
     FollowGPSWaypoints,
@@ -46,10 +48,10 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
-from nav2_simple_commander.services import RobotServices
-from nav2_simple_commander.task import SERVER_TIMEOUT, TaskResult
+from nav2_simple_commander.routes import RouteRobot
+from nav2_simple_commander.task import SERVER_TIMEOUT, RunningTask, TaskResult
 
-__all__ = ["BasicNavigator", "NavigationResult", "TaskResult"]
+__all__ = ["BasicNavigator", "NavigationResult", "RunningTask", "TaskResult"]
 NavigationResult = TaskResult
 """Its name in Galactic, as `isNavComplete` and `cancelNav` below."""
 
@@ -61,6 +63,8 @@ _CLIENTS = {
     "follow_path_client": (FollowPath, "follow_path"),
     "compute_path_to_pose_client": (ComputePathToPose, "compute_path_to_pose"),
     "compute_path_through_poses_client": (ComputePathThroughPoses, "compute_path_through_poses"),
+    "compute_route_client": (ComputeRoute, "compute_route"),
+    "compute_and_track_route_client": (ComputeAndTrackRoute, "compute_and_track_route"),
     "smoother_client": (SmoothPath, "smooth_path"),
     "spin_client": (Spin, "spin"),
     "backup_client": (BackUp, "backup"),
@@ -71,7 +75,7 @@ _CLIENTS = {
 }
 
 
-class BasicNavigator(RobotServices):
+class BasicNavigator(RouteRobot):
     """Sends one task at a time; ask `isTaskComplete()` until it is, then `getResult()`.
 
     Attributes:
@@ -193,14 +197,19 @@ class BasicNavigator(RobotServices):
     def cancelTask(self) -> None:
         self.info("Canceling current task.")
         self._task.end()
+        self._route.end()
 
-    def isTaskComplete(self, task: Any = None) -> bool:
-        """Return whether the task has ended; `task`, of later releases, is the one there is."""
-        return self._task.complete()
+    def isTaskComplete(self, task: Any = None, trackingRoute: bool = False) -> bool:
+        """Return whether the task has ended: that of a route, or the one there is beside it."""
+        is_route = trackingRoute or task is RunningTask.COMPUTE_AND_TRACK_ROUTE
+        return (self._route if is_route else self._task).complete()
 
     isNavComplete, cancelNav = isTaskComplete, cancelTask
 
-    def getFeedback(self, task: Any = None) -> Any:
+    def getFeedback(self, task: Any = None, trackingRoute: bool = False) -> Any:
+        """Return the newest feedback; of a route the oldest that was not taken yet, or None."""
+        if trackingRoute or task is RunningTask.COMPUTE_AND_TRACK_ROUTE:
+            return self.route_feedback.pop(0) if self.route_feedback else None
         return self.feedback
 
     def getResult(self) -> TaskResult:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable
+from functools import partial
 from typing import Any
 
 from geometry_msgs.msg import TransformStamped
@@ -26,7 +28,7 @@ class Buffer(BufferCore, BufferInterface):
         BufferInterface.__init__(self)
         self.clock = node.get_clock() if node is not None else Clock()
         self._lock = threading.RLock()
-        self._waiting: list[tuple[str, str, Time, Future]] = []
+        self._waiting: list[tuple[Callable[[], TransformStamped], Future]] = []
 
     def _set(self, transform: TransformStamped, authority: str, static: bool) -> bool:
         """Take a transform, and answer those who wait for it."""
@@ -38,13 +40,13 @@ class Buffer(BufferCore, BufferInterface):
     def _answer(self) -> None:
         with self._lock:
             waiting, self._waiting = self._waiting, []
-            for target, source, time, future in waiting:
+            for lookup, future in waiting:
                 if future.cancelled():
                     continue
-                if self.can_transform_core(target, source, time)[0]:
-                    future.set_result(self.lookup_transform_core(target, source, time))
-                else:
-                    self._waiting.append((target, source, time, future))
+                try:
+                    future.set_result(lookup())
+                except TransformException:
+                    self._waiting.append((lookup, future))
 
     def lookup_transform(
         self,
@@ -116,9 +118,16 @@ class Buffer(BufferCore, BufferInterface):
 
     def wait_for_transform_async(self, target_frame: str, source_frame: str, time: Time) -> Future:
         """Return a future that is done with the transform as soon as it is known."""
+        return self._wait(partial(self.lookup_transform_core, target_frame, source_frame, time))
+
+    def wait_for_transform_full_async(self, *asked: Any, **named: Any) -> Future:
+        """Return a future that is done with `lookup_transform_full` as soon as that is known."""
+        return self._wait(partial(self.lookup_transform_full_core, *asked, **named))
+
+    def _wait(self, lookup: Callable[[], TransformStamped]) -> Future:
         future: Future = Future()
         with self._lock:
-            self._waiting.append((target_frame, source_frame, time, future))
+            self._waiting.append((lookup, future))
         self._answer()
         return future
 
@@ -126,6 +135,9 @@ class Buffer(BufferCore, BufferInterface):
         self, target_frame: str, source_frame: str, time: Time
     ) -> TransformStamped:
         return await self.wait_for_transform_async(target_frame, source_frame, time)
+
+    async def lookup_transform_full_async(self, *asked: Any, **named: Any) -> TransformStamped:
+        return await self.wait_for_transform_full_async(*asked, **named)
 
     def get_frame_names(self) -> list[str]:
         """Return every frame that has a parent."""

@@ -67,18 +67,39 @@ class BufferInterface:
             TransformException: The transform is not known.
             TypeException: The type is not supported; import tf2_geometry_msgs.
         """
-        do_transform = self.registration.get(type(object_stamped))
+        do_transform = self._transformation(object_stamped, new_type)
         header = object_stamped.header
-        stamp = Time.from_msg(header.stamp)
-        moved = do_transform(
-            object_stamped, self.lookup_transform(target_frame, header.frame_id, stamp, timeout)
-        )
+        asked = target_frame, header.frame_id, Time.from_msg(header.stamp)
+        return do_transform(object_stamped, self.lookup_transform(*asked, timeout))
+
+    def transform_full(
+        self,
+        object_stamped: Any,
+        target_frame: str,
+        target_time: Time,
+        fixed_frame: str,
+        timeout: Duration = Duration(),  # noqa: B008 - the original's signature
+        new_type: Any = None,
+    ) -> Any:
+        """Return a stamped message in another frame at another time, as `transform` does."""
+        do_transform = self._transformation(object_stamped, new_type)
+        header = object_stamped.header
+        asked = target_time, header.frame_id, Time.from_msg(header.stamp), fixed_frame
+        found = self.lookup_transform_full(target_frame, *asked, timeout)
+        return do_transform(object_stamped, found)
+
+    def _transformation(self, object_stamped: Any, new_type: Any) -> Callable[[Any, Any], Any]:
+        found = self.registration.get(type(object_stamped))
         if new_type is None or new_type is type(object_stamped):
-            return moved
+            return found
         raise TypeException(f"Type {new_type} is not loaded or supported")
 
     def lookup_transform(self, *arguments: Any, **options: Any) -> Any:
         """Return a transform; a buffer's own."""
+        raise NotImplementedException
+
+    def lookup_transform_full(self, *arguments: Any, **options: Any) -> Any:
+        """Return a transform between two times; a buffer's own."""
         raise NotImplementedException
 
     def can_transform(self, *arguments: Any, **options: Any) -> Any:

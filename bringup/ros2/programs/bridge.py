@@ -36,6 +36,14 @@ _OWN = {
     "points": "camera/points",
 }
 """The robot's topic for each of Gazebo's that is called otherwise."""
+_SERVICE = re.compile(r"(?P<name>[^@]+)@[^@]+/srv/[^@]+(@.+)?")
+_SERVICES = {
+    "create": "spawn_entity",
+    "remove": "delete_entity",
+    "set_pose": "set_entity_state",
+    "control": "set_simulation_state",
+}
+"""The service of simulation_interfaces that does what one of a world of Gazebo's does."""
 _LOOKS = 120  # at the graph, two a second, before what is not found is named
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
@@ -54,7 +62,7 @@ class Bridged(NamedTuple):
 
 
 def bridged(words: list[str]) -> Iterator[Bridged]:
-    """Yield what a bridge's arguments and its `config_file` say.
+    """Yield what a bridge's arguments and its `config_file` say; services are left out.
 
     Raises:
         Ros2Error: An argument or an entry is none.
@@ -67,6 +75,9 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         return name if name.startswith("/") else f"{space}/{name}"
 
     for word in given.own:
+        if (service := _SERVICE.fullmatch(word)) is not None:
+            _say_instead(service["name"])
+            continue
         found = _TOPIC.fullmatch(word)
         if found is None:
             raise Ros2Error(f"'{word}' is no topic; valid: /topic@package/msg/Type[gz.msgs.Type")
@@ -77,6 +88,9 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
     config, expands = parameters.get("config_file", ""), parameters.get("expand_gz_topic_names", "")
     for entry in (read_yaml(Path(config)) or ()) if config else ():
         names = entry if isinstance(entry, dict) else {}
+        if "service_name" in names:
+            _say_instead(str(names["service_name"]))
+            continue
         topic = names.get("topic_name", "")
         ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
         if not ros or not gz or not names.get("ros_type_name"):
@@ -86,6 +100,13 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
             gz = f"{space}/{gz}"
         direction = str(names.get("direction", "BIDIRECTIONAL"))
         yield Bridged(absolute(gz), resolved(ros), str(names["ros_type_name"]), direction)
+
+
+def _say_instead(service: str) -> None:
+    """Print which service of the simulator does what a bridged one of Gazebo's does."""
+    own = _SERVICES.get(service.rpartition("/")[2])
+    instead = f"the simulator has /{own}" if own else "the simulator has simulation_interfaces'"
+    print(f"{service} is not bridged: {instead}", flush=True)
 
 
 def _is_there(node: Any, name: str, direction: str) -> bool:

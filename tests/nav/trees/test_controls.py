@@ -38,7 +38,8 @@ SKIP = '<AlwaysFailure _skipIf="true"/>'
         (f'<Parallel success_count="2">{SPIN}{OK}</Parallel>', RUNNING),
         (f'<Parallel failure_count="1">{SPIN}{NO}</Parallel>', FAILURE),
         (f'<Parallel success_threshold="1">{SPIN}{OK}</Parallel>', SUCCESS),
-        (f'<Parallel failure_threshold="2">{SPIN}{NO}</Parallel>', RUNNING),
+        (f'<Parallel failure_threshold="2">{SPIN}{NO}</Parallel>', FAILURE),
+        (f'<Parallel success_count="1" failure_threshold="2">{SPIN}{NO}</Parallel>', RUNNING),
         (f'<RetryUntilSuccesful num_attempts="1">{NO}</RetryUntilSuccesful>', FAILURE),
         (f"<IfThenElse>{OK}{OK}{NO}</IfThenElse>", SUCCESS),
         (f"<IfThenElse>{NO}{OK}{NO}</IfThenElse>", FAILURE),
@@ -170,8 +171,14 @@ def test_a_stopped_control_restarts_unless_it_remembers(name: str, next_asked: s
     assert set(play.open) == {next_asked}
 
 
+def test_a_parallel_node_that_has_enough_asks_no_other() -> None:
+    for first, status in ((OK, SUCCESS), (NO, FAILURE)):
+        play = Play(f'<Parallel success_count="1" failure_count="1">{first}{SPIN}</Parallel>')
+        assert (play.tick(), play.open, play.withdrawn) == (status, {}, [])
+
+
 @pytest.mark.parametrize(
-    ("variable", "asked"), [("go", "Spin"), ("1", "Wait"), (1, "Wait"), ("x", "BackUp")]
+    ("variable", "asked"), [("go", "Spin"), ("1", "Wait"), (1.0, "Wait"), ("x", "BackUp")]
 )
 def test_a_switch_runs_the_case_of_its_variable(variable: object, asked: str) -> None:
     play = Play(

@@ -157,6 +157,44 @@ def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]
 
 
+def test_a_port_may_say_that_its_entry_has_its_own_name() -> None:
+    copy = '<SetBlackboard value="{=}" output_key="seen"/>'
+    subtree = '<SubTree ID="Sub" value="{=}" seen="{=}"/>'
+    text = f'<root main_tree_to_execute="Main">{_tree("Main", subtree)}{_tree("Sub", copy)}</root>'
+    tree = build_tree(text, "test.xml")
+    tree.blackboard.set("value", 3)
+    tree.tick(TreeState(0.0))
+    assert tree.blackboard.get("seen") == 3
+
+
+def test_a_subtree_takes_the_defaults_of_its_model() -> None:
+    model = '<input_port name="speed" default="{fast}"/><output_port name="seen"/>'
+    copy = _tree("Sub", '<SetBlackboard value="{speed}" output_key="seen"/>')
+    models = f'<TreeNodesModel><SubTree ID="Sub">{model}</SubTree></TreeNodesModel>'
+    for passed, seen in (('seen="{=}"', 3), ('seen="{=}" speed="1"', "1"), ("", None)):
+        main = _tree("Main", f'<SubTree ID="Sub" {passed}/>')
+        text = f'<root main_tree_to_execute="Main">{main}{copy}{models}</root>'
+        if not passed:
+            with pytest.raises(TreeError, match=r"<SubTree ID='Sub'> lacks \['seen'\]"):
+                build_tree(text, "test.xml")
+            continue
+        tree = build_tree(text, "test.xml")
+        tree.blackboard.set("fast", 3)
+        tree.tick(TreeState(0.0))
+        assert tree.blackboard.get("seen") == seen
+
+
+def test_a_subtree_s_conditions_are_of_the_tree_that_it_stands_in() -> None:
+    subtree = '<SubTree ID="Sub" _skipIf="tired" _onSuccess="done := true"/>'
+    trees = _tree("Main", subtree) + _tree("Sub", '<Script code="tired := true"/>')
+    tree = build_tree(f'<root main_tree_to_execute="Main">{trees}</root>', "test.xml")
+    tree.blackboard.set("tired", False)
+    assert [tree.tick(TreeState(0.0))[0] for _ in range(2)] == [Status.SUCCESS] * 2
+    assert tree.blackboard.get("done") is True
+    tree.blackboard.set("tired", True)
+    assert tree.tick(TreeState(0.0))[0] is Status.SKIPPED
+
+
 def test_two_trees_of_one_name_are_refused_with_both_files(tmp_path: Path) -> None:
     text = "<root>" + _tree("A", "<AlwaysSuccess/>") + "</root>"
     (tmp_path / "part.xml").write_text(text, encoding="utf-8")

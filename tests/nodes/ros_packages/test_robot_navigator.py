@@ -12,10 +12,20 @@ from geometry_msgs.msg import PoseStamped, PoseWithCovarianceStamped
 from irobot_create_msgs import action as create3
 from irobot_create_msgs.msg import DockStatus
 from lifecycle_msgs.srv import GetState
-from nav2_msgs.action import ComputePathToPose, NavigateToPose
+from nav2_msgs.action import (
+    ComputeAndTrackRoute,
+    ComputePathToPose,
+    ComputeRoute,
+    NavigateToPose,
+)
 from nav2_msgs.srv import ClearEntireCostmap
 from nav2_simple_commander import task
-from nav2_simple_commander.robot_navigator import BasicNavigator, NavigationResult, TaskResult
+from nav2_simple_commander.robot_navigator import (
+    BasicNavigator,
+    NavigationResult,
+    RunningTask,
+    TaskResult,
+)
 from rclpy.action import ActionServer, CancelResponse
 from rclpy.executors import MultiThreadedExecutor
 from rclpy.node import Node
@@ -34,6 +44,9 @@ class StandIn(Node):
             self, NavigateToPose, "navigate_to_pose", self.execute, cancel_callback=self.on_cancel
         )
         ActionServer(self, ComputePathToPose, "compute_path_to_pose", self.plan)
+        ActionServer(self, ComputeRoute, "compute_route", self.route)
+        self.tracked = threading.Event()
+        ActionServer(self, ComputeAndTrackRoute, "compute_and_track_route", self.track)
         latched = QoSProfile(depth=1, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         pose = self.create_publisher(PoseWithCovarianceStamped, "amcl_pose", latched)
         self.create_subscription(PoseWithCovarianceStamped, "initialpose", pose.publish, 10)
@@ -66,6 +79,19 @@ class StandIn(Node):
         else:
             handle.abort()
         return result
+
+    def route(self, handle: Any) -> Any:
+        handle.succeed()
+        result = ComputeRoute.Result()
+        result.route.route_cost = handle.request.goal_id + handle.request.goal.pose.position.x
+        return result
+
+    def track(self, handle: Any) -> Any:
+        for node in (1, 2):
+            handle.publish_feedback(ComputeAndTrackRoute.Feedback(last_node_id=node))
+        self.tracked.wait(10.0)
+        handle.succeed()
+        return ComputeAndTrackRoute.Result()
 
     def state(self, request: Any, response: Any) -> Any:
         response.current_state.label = "active"
@@ -220,6 +246,32 @@ def test_a_path_or_none(navigator: BasicNavigator) -> None:
     assert navigator.getPath(at(0.0), at(-1.0)) is None
     assert navigator._getPathImpl(at(0.0), at(-1.0)).path.poses == []
     assert navigator.getResult() is TaskResult.FAILED
+
+
+def test_a_route_is_tracked_beside_another_task(navigator: BasicNavigator, nav2: StandIn) -> None:
+    for start, goal in ((0, 4), (at(0.0), at(4.0))):
+        found = navigator.getRoute(start, goal)
+        assert found is not None
+        path, route = found
+        assert (route.route_cost, path.poses) == (4.0, [])
+    assert navigator.getRoute(0, at(1.0)) is None
+
+    task = navigator.getAndTrackRoute(0, 4)
+    assert task is RunningTask.COMPUTE_AND_TRACK_ROUTE
+    passed: list[int] = []
+    while len(passed) < 2:
+        assert not navigator.isTaskComplete(trackingRoute=True)  # as its first release calls it
+        while (feedback := navigator.getFeedback(task=task)) is not None:
+            passed.append(feedback.last_node_id)
+    assert passed == [1, 2]
+    assert navigator.goToPose(at(1.0))
+    while not navigator.isTaskComplete(task=RunningTask.NAVIGATE_TO_POSE):
+        pass
+    assert not navigator.isTaskComplete(task=task)
+    nav2.tracked.set()
+    while not navigator.isTaskComplete(task=task):
+        pass
+    assert navigator.getResult() is TaskResult.SUCCEEDED
 
 
 def test_both_costmaps_are_cleared(navigator: BasicNavigator, nav2: StandIn) -> None:

@@ -23,6 +23,7 @@ from tf2_ros import (
     BufferClient,
     BufferServer,
     ConnectivityException,
+    ExtrapolationException,
     LookupException,
     StaticTransformBroadcaster,
     TimeoutException,
@@ -97,6 +98,21 @@ def test_a_future_is_done_when_the_transform_comes(bench: Bench) -> None:
     bench.spin_until_known("odom", "base")
     assert future.done()
     assert future.result().transform.translation.x == 2.0
+
+
+def test_a_transform_between_two_times_is_waited_for_and_applied(bench: Bench) -> None:
+    buffer, early, late = bench.buffer, Time(seconds=1), Time(seconds=2)
+    future = buffer.wait_for_transform_full_async("base", late, "base", early, fixed_frame="odom")
+    buffer.set_transform(transform("odom", "base", 1.0, 0.5), "test")
+    assert not future.done()
+    buffer.set_transform(transform("odom", "base", 2.0, 2.0), "test")
+    assert future.result().transform.translation.x == -1.5
+    point = PointStamped()
+    point.header.frame_id, point.header.stamp = "base", early.to_msg()
+    point.point.x = 2.0
+    assert buffer.transform_full(point, "base", late, "odom").point.x == 0.5
+    with pytest.raises(ExtrapolationException, match="into the future"):
+        buffer.transform_full(point, "base", Time(seconds=3), "odom")
 
 
 def test_messages_are_transformed(bench: Bench) -> None:

@@ -89,6 +89,11 @@ def test_points_in_a_polygon_or_the_footprint_are_removed() -> None:
     triangle = "[[0.0, 0.3], [0.8, 0.8], [0.8, -0.8], [0.0, -0.3]]"
     got = filtered("LaserScanPolygonFilter", given, polygon=triangle)
     np.testing.assert_array_equal(got.ranges, [1.0, NAN, NAN, 0.2])
+    square = "[[-0.05, 0.1], [0.05, 0.1], [0.05, -0.1], [-0.05, -0.1]]"
+    for padding, last in ((0.0, 0.2), (0.1, NAN)):
+        padded = {"polygon": square, "polygon_padding": padding}
+        got = filtered("StaticLaserScanPolygonFilter", given, **padded)
+        np.testing.assert_array_equal(got.ranges, [1.0, 1.0, 1.0, last])
     got = filtered("LaserScanFootprintFilter", given, inscribed_radius=0.3)
     np.testing.assert_array_equal(got.ranges, [1.0, 1.0, 1.0, 11.0])
 
