@@ -170,7 +170,7 @@ def _plugin_class(
     try:
         config = kind.config_of(given, below)
     except ConfigError as error:
-        if given == name:
+        if key not in flat and given == name:
             hint = nearest(name, kind.by_name)
             problems.append(f"{where}'{key}' must name the class of the {kind.what}; {hint}")
         else:

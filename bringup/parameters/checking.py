@@ -43,6 +43,7 @@ from bringup.stack import (
 _SAFEGUARDS = "collision_monitor", "velocity_smoother"
 _COMMANDS, _DRIVEN = "cmd_vel_nav", "cmd_vel"
 _STAMPED = "enable_stamped_cmd_vel"
+_TWICE = "it stands twice in one place of the file: the last alone holds"
 _NAMED_FILES = {
     ("docking_server", "dock_database"): "no dock has a name",
     ("route_server", "graph_filepath"): "no graph is loaded",
@@ -120,6 +121,7 @@ def checked(
     further = [only] if only else further_nodes(merged(below, source.values))
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
     after, remarks, problems = understand(source.values, below, nodes, namespace)
+    remarks += [Remark(Kind.UNKNOWN, where, _TWICE) for where in sorted(source.repeated)]
     remarks += _without_missing_masks(after, further)
     remarks += _without_missing_files(after)
     remarks += _without_other_trees(after, problems)
@@ -153,7 +155,7 @@ def check_file(path: Path, robot: str = "") -> Checked:
         if program is None or not known.isdisjoint((name, PROGRAMS[program].name)):
             continue
         spec = PROGRAMS[program]
-        alone = checked(source._replace(values={spec.name: given}), {}, only=spec)
+        alone = checked(source._replace(values={spec.name: given}, repeated=()), {}, only=spec)
         read.remarks.extend(alone.remarks)
         read.problems.extend(alone.problems)
     if not read.problems:

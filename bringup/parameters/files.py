@@ -19,6 +19,7 @@ from arjuna_core.files.yaml_file import read_nodes, read_yaml
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
 _ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
+_MAPPINGS = "a list of mappings, as of ROS 1, no node of ROS 2 reads: name each, as filter1: {...}"
 EVERY_NODE = "/**"
 SIM_TIME = "use_sim_time"
 SAFETY = ""
@@ -35,11 +36,13 @@ class Source(NamedTuple):
         name: The file, or the option of the command line.
         values: By node and dotted name; the node `/**` stands for every node.
         lines: The line of each section (name "") and name in a file.
+        repeated: Each `node` and `node: name` of which a file has two values in one place.
     """
 
     name: str
     values: Parameters
     lines: Mapping[tuple[str, str], int] = {}
+    repeated: Collection[str] = ()
 
 
 def of_file(path: Path) -> Source:
@@ -48,7 +51,7 @@ def of_file(path: Path) -> Source:
     Raises:
         InputFileError: It is missing, is no YAML or has another form.
     """
-    return Source(str(path), load_parameters([path]), lines_of(path))
+    return Source(str(path), load_parameters([path]), *lines_of(path))
 
 
 def load_parameters(paths: Iterable[str | Path]) -> Parameters:
@@ -89,21 +92,34 @@ def _collect(path: Path, item: Any, name: str, found: Parameters) -> None:
             continue
         if not isinstance(value, Mapping | None):
             raise InputFileError(path, f"must map names to values, got {value!r}", f"{name}.{_KEY}")
-        found.setdefault(name, {}).update(dotted(value or {}))
+        values = dotted(value or {})
+        for one, held in values.items():
+            if isinstance(held, list) and any(isinstance(each, Mapping) for each in held):
+                raise InputFileError(path, _MAPPINGS, f"{name}.{one}")
+        found.setdefault(name, {}).update(values)
 
 
 def _below(name: str, key: str) -> str:
     return key if key == EVERY_NODE else f"{name}/{key}".strip("/")
 
 
-def lines_of(path: Path) -> dict[tuple[str, str], int]:
-    """Return the line of each name of a file that `load_parameters` has read, by node and key."""
+def lines_of(path: Path) -> tuple[dict[tuple[str, str], int], set[str]]:
+    """Return the line of each name of a file that `load_parameters` has read, by node and key.
+
+    Beside them, what stands twice in one place with other values: YAML's readers keep the last.
+    """
     found: dict[tuple[str, str], int] = {}
+    repeated: set[str] = set()
 
     def walk(item: yaml.Node | None, node: str, key: str, inside: bool) -> None:
+        before: dict[str, Any] = {}
         for name, value in item.value if isinstance(item, yaml.MappingNode) else ():
+            below = f"{key}.{name.value}" if key else str(name.value)
+            if before.get(name.value, value.value) != value.value:
+                section = node if name.value == _KEY else _below(node, name.value)
+                repeated.add(f"{node}: {below}" if inside else section)
+            before[name.value] = value.value
             if inside:
-                below = f"{key}.{name.value}" if key else str(name.value)
                 found[node, below] = name.start_mark.line + 1
                 walk(value, node, below, inside)
             elif name.value == _KEY:
@@ -114,7 +130,7 @@ def lines_of(path: Path) -> dict[tuple[str, str], int]:
                 walk(value, below, "", False)
 
     walk(read_nodes(path), "", "", False)
-    return found
+    return found, repeated
 
 
 def for_node(parameters: Parameters, name: str) -> dict[str, Any]:

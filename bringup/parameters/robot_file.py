@@ -9,7 +9,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from arjuna_core.config import load
+from arjuna_core.config import flatten, load
 from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import Parameters, for_node, merged, shipped_parameters
 from bringup.parameters.remarks import Kind, Remark
@@ -151,7 +151,8 @@ def contradictions(parameters: Parameters, driven: Driven) -> Iterator[Remark]:
         text = f"{reason} and can touch obstacles{too}; {advice}"
         yield Remark(Kind.UNLIKE, where, text, safety=True)
     bends = () if driven.is_shipped else _other_bends(parameters, driven.robot)
-    for where, reason in (*_sideways(parameters, driven.robot), *bends):
+    ground = _ground(parameters, driven.robot)
+    for where, reason in (*_sideways(parameters, driven.robot), *bends, *ground):
         yield Remark(Kind.UNLIKE, where, reason)
 
 
@@ -414,3 +415,23 @@ def _other_bends(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]
         elif said < radius - 1e-3:
             bend = f"the robot's file allows bends of {radius:.3g} m"
             yield where, f"{said:g} m is tighter than {bend}"
+
+
+def _ground(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
+    """Give each height of points above which the ground that the robot's camera sees marks."""
+    from arjuna_sim.inputs import frames_and_topics, heights_of
+
+    at, own = heights_of(robot), frames_and_topics(robot)["cloud_topic"]
+    least = at.ground + _SCATTER * at.scatter  # all of it; of one scatter, a sixth marks
+    for spec in (LOCAL_COSTMAP, GLOBAL_COSTMAP):
+        values = flatten(load(spec.config, for_node(parameters, spec.name), spec.name))
+        for source in (key.removesuffix(".topic") for key in values if key.endswith(".topic")):
+            of = {key: values.get(f"{source}.{key}") for key in ("data_type", "marking", "topic")}
+            if of["data_type"] != "PointCloud2" or not of["marking"]:
+                continue
+            keys = [f"{one}.min_obstacle_height" for one in (source, source.rpartition(".")[0])]
+            low = max(values.get(key, -math.inf) for key in keys)
+            if low < at.ground + at.scatter and str(of["topic"]).strip("/") in own:
+                seen = f"{low:g} m, but the robot's camera sees the ground up to {least:.2g} m"
+                advice = f"--param '{keys[0]}:={math.ceil(least * 100.0) / 100.0}'"
+                yield f"{spec.name}: {keys[0]}", f"{seen}: it marks obstacles; {advice}"

@@ -32,7 +32,7 @@ class FadingSource(SensorSource):
     enabled: bool = param(True, "Whether the source counts; `toggle_enabled` switches it.")
     max_obstacle_height: float = param(3.0, "Highest point that is used.", unit="m")
     obstacle_range: float = length_param(2.5, "Longest range that marks.")
-    min_z: float = length_param(0.0, "Shortest range seen.")
+    min_z: float = param(0.0, "Shortest range seen; below 0 as 0.", unit="m")
     max_z: float = length_param(10.0, "Longest range seen.")
     vertical_fov_angle: float = angle_param(0.7, "Angle seen up and down.")
     vertical_fov_padding: float = param(0.0, "Height a lidar misses within.", unit="m")

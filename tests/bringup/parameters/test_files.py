@@ -44,6 +44,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
         ("a: 3", "a: expected 'node: "),
         ("a: {ros_parameters: {x: 1}}", "a: no node's .* 'ros_parameters'; .*'ros__parameters'"),
         ("a: {ros__parameters: 3}", r"a\.ros__parameters: must map names to values"),
+        ("a: {ros__parameters: {b: {c: [{d: 1}]}}}", r"a\.b\.c: a list of mappings, as of ROS 1"),
     ],
 )
 def test_a_broken_file_names_file_and_line(tmp_path: Path, text: str, message: str) -> None:
@@ -81,8 +82,22 @@ def test_a_section_matches_nodes_as_in_ros(name: str, namespace: str, node: str 
 
 def test_every_name_has_its_line(tmp_path: Path) -> None:
     text = "a:\n  ros__parameters:\n    x: 1\n    y:\n      z: 2\n/**: {ros__parameters: {k: 1}}\n"
-    lines = lines_of(written(tmp_path, text))
+    lines, repeated = lines_of(written(tmp_path, text))
     assert (lines["a", ""], lines["a", "x"], lines["a", "y.z"], lines["/**", "k"]) == (1, 3, 5, 6)
+    assert not repeated
+
+
+@pytest.mark.parametrize(
+    ("text", "repeated"),
+    [
+        ("a: {ros__parameters: {x: 1}}\na: {ros__parameters: {y: 1}}\n", {"a"}),
+        ("n: {a: {ros__parameters: {x: 1}, ros__parameters: {y: 1}}}\n", {"n/a"}),
+        ("a: {ros__parameters: {x: {y: 1, y: 2}}}\n", {"a: x.y"}),
+        ("a: {ros__parameters: {x: 1, x: 1}}\n", set()),
+    ],
+)
+def test_what_stands_twice_is_known(tmp_path: Path, text: str, repeated: set[str]) -> None:
+    assert lines_of(written(tmp_path, text))[1] == repeated
 
 
 def test_a_process_has_the_clock_that_its_nodes_name() -> None:

@@ -51,6 +51,23 @@ def test_small_outlines_are_reported(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 @pytest.mark.parametrize(
+    ("source", "told"),
+    [
+        ("topic: depth/points", True),
+        ("topic: /depth/points, min_obstacle_height: 0.05", False),
+        ("topic: depth/points, marking: false", False),
+        ("topic: points_without_ground", False),
+    ],
+)
+def test_ground_that_marks_is_told(source: str, told: bool, tmp_path: Path) -> None:
+    layer = f"observation_sources: eye, eye: {{data_type: PointCloud2, {source}}}"
+    layer = f"{{plugin: 'nav2_costmap_2d::VoxelLayer', {layer}}}"
+    path = of_radius(tmp_path, f"robot_radius: 0.28, plugins: [v], v: {layer}", ("local",))
+    found = [one.reason for one in check_file(Path(path)).remarks]
+    assert any("sees the ground up to 0.03 m" in reason for reason in found) is told
+
+
+@pytest.mark.parametrize(
     "outline",
     [
         "robot_radius: 0.28",

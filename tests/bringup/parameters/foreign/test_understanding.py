@@ -383,6 +383,17 @@ def test_a_zone_that_is_not_kept_is_a_line_of_its_own(tmp_path: Path) -> None:
     assert str(remark).startswith(f"{path}:1: no effect yet (SAFETY): filter_mask_server: ")
 
 
+def test_what_is_below_another_node_s_parameters_is_read_by_none() -> None:
+    found = understood({"/**": {f"{LOCAL.partition('/')[0]}.ros__parameters.width": 5}})
+    assert "its section starts a line of its own" in only(found, Kind.UNKNOWN)
+
+
+def test_what_stands_twice_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path, "amcl: {ros__parameters: {alpha1: 0.1, alpha1: 0.3}}")
+    (remark,) = check_file(path).remarks
+    assert (remark.kind, remark.where) == (Kind.UNKNOWN, "amcl: alpha1")
+
+
 def test_a_strict_command_refuses_what_is_unknown(tmp_path: Path) -> None:
     path = written(tmp_path, "amcl: {ros__parameters: {alpah2: 0.2}}")
     words = ["nav", "--slam", "--params", str(path)]

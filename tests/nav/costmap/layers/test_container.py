@@ -121,6 +121,10 @@ def test_a_container_without_layers_knows_nothing() -> None:
 @pytest.mark.parametrize(
     ("values", "message"),
     [
+        (
+            {"plugins": ["mine"], "mine.plugin": "mine"},
+            "'mine.plugin': no layer 'mine'",
+        ),
         ({"plugins": ["mine"]}, "'mine.plugin' must name the class of the layer; valid: contact"),
         ({"plugins": ["static_layr"]}, "'static_layr.plugin' must name .* mean 'static_layer'"),
         ({"plugins": ["a"], "a.plugin": "nav2_costmap_2d/StaticLayr"}, "no layer 'nav2_costmap_2d"),

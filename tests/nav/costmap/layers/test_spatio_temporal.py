@@ -65,6 +65,8 @@ FADING: dict[str, tuple[dict[str, Any], dict[str, Any], Pose3, float, int]] = {
     "only marking": ({**FAST, "clearing": False}, {}, AHEAD, 2.0, LETHAL),
     "too far": ({**FAST, "max_z": 0.8}, {}, AHEAD, 2.0, LETHAL),
     "too near": ({**FAST, "min_z": 1.5}, {}, AHEAD, 2.0, LETHAL),
+    "from behind itself on": ({**FAST, "min_z": -0.5}, {}, AHEAD, 2.0, FREE),
+    "not behind itself": ({**FAST, "min_z": -9.0}, {}, BACK, 2.0, LETHAL),
     "above what is seen": ({**FAST, "vertical_fov_angle": 0.3}, {}, AHEAD, 2.0, LETHAL),
     "a lidar": ({**FAST, "model_type": 1}, {}, LIDAR, 2.0, FREE),
     "a lidar that looks back": ({**FAST, "model_type": 1}, {}, BEHIND, 2.0, LETHAL),
