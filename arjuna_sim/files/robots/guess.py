@@ -58,9 +58,10 @@ def guess_drive(
     if (found := guessed_wheels(xml, urdf, controlled, has_plugin)) is not None:
         return found
     xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
-    lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > _UPRIGHT]
-    if lying:
-        xml.note(f"{', '.join(lying)}: turn about the vertical, as no wheel does that drives")
+    for i, line in ((0, "x, as joints without <axis> do"), (2, "the vertical")):
+        lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[i]) > _UPRIGHT]
+        if lying:
+            xml.note(f"{', '.join(lying)}: turn about {line}, as no wheel does that drives")
     return NO_DRIVE
 
 
