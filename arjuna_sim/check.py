@@ -25,7 +25,7 @@ from arjuna_sim.files.world_file import MAP_SUFFIXES, load_world, robots_in
 from arjuna_sim.files.xml_file import BYTES_MAX, root_tag
 from arjuna_sim.model.geometry.shapes import Part
 from arjuna_sim.model.joints import ControllerKind
-from arjuna_sim.model.notes import Note, NoteKind
+from arjuna_sim.model.notes import Note, NoteKind, gathered
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import SOLO, RobotModel, footprint
 from arjuna_sim.model.settings import DriveKind, GazeboSettings
@@ -55,22 +55,26 @@ class Found:
 
     def text(self) -> str:
         """Return all of it, with the notes last."""
-        rest = [f"  - {note.text}" for note in self.notes]
+        rest = [f"  - {text}" for text in gathered(self.notes)]
         heading = f"not simulated, or otherwise than the file says ({len(rest)}):"
         return "\n".join([*self.lines, heading if rest else "all understood", *rest])
 
 
-def describe_file(path: Path, arguments: Sequence[str] = (), guess: Path | None = None) -> str:
+def describe_file(
+    path: Path, arguments: Sequence[str] = (), guess: Path | None = None, named: bool = False
+) -> str:
     """Return what is understood of a robot, world or map, and what is not.
 
     Args:
         arguments: Arguments of a xacro file, each `name:=value`.
+        named: Whether it is surely a robot's.
 
     Raises:
         InputFileError: The file does not load, or the guess cannot be written.
         ConfigError: An argument is none.
     """
-    return check(path, SearchPath.of(), parse_arguments(list(arguments)), guess).text()
+    read = _check_robot if named else check
+    return read(path, SearchPath.of(), parse_arguments(list(arguments)), guess).text()
 
 
 def check(

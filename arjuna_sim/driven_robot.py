@@ -23,6 +23,7 @@ from arjuna_sim.devices.sensor_suite import SensorSuite
 from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.model.geometry.walls import enclosure_of, surfaces
+from arjuna_sim.model.notes import gathered
 from arjuna_sim.model.robot import RobotModel, inscribed_radius
 from arjuna_sim.model.settings import DriveKind, S, SensorSettings
 from arjuna_sim.physics.placing import EDGE, Placer
@@ -96,7 +97,7 @@ class DrivenRobot(StagedSensors):
     @property
     def notes(self) -> tuple[str, ...]:
         """Parts of its file that the simulation leaves out, and faults of its stance."""
-        read = tuple(note.text for note in self.model.notes)
+        read = gathered(self.model.notes)
         return read + self._stage.scene.robots[self.name].support.faults + self._spawn_notes
 
     def begin(self) -> None:

@@ -26,7 +26,7 @@ from arjuna_sim.files.urdf.xacro_file import split
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.files.xml_file import XmlFile, root_tag
 from arjuna_sim.model.robot import RobotModel, extent, footprint
-from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.model.settings import WHEEL_ODOMETRY, DriveKind
 from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import center
 from arjuna_sim.model.world import World
@@ -95,6 +95,8 @@ def names_of(robot: RobotModel, is_fused: bool = False) -> dict[str, str]:
         ("odom_frame", "odom"): drive.odometry_frame,
     }
     found = {key: name for (key, usual), name in names.items() if name.lstrip("/") != usual}
+    if not is_fused and drive.odometry_topic.lstrip("/") == WHEEL_ODOMETRY:
+        found[WHEEL_ODOMETRY] = f"{drive.odometry_topic}/unfused"  # not what the robot publishes
     if not robot.urdf.links.keys() >= _BASES:
         found["base_frame"] = robot.urdf.root
     return found

@@ -14,6 +14,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.model.entities import BlockedPoseError
+from arjuna_sim.model.notes import gathered
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.stage import Stage
@@ -104,7 +105,7 @@ class Simulation:
             for name, robot in self.robots.items()
             for note in robot.notes
         )
-        return (*of_robots, *(note.text for note in self.world.notes))
+        return (*of_robots, *gathered(self.world.notes))
 
     def add(self, name: str, start: Start) -> None:
         """Put a robot of a new name into the world.

@@ -112,12 +112,12 @@ class SensorTag:
         rate = self.number("update_rate", default)
         if self.element.tag == "plugin":
             rate = value(self.xml, self.element, self.label, default, "updaterate")
-        if not 0.0 <= rate <= RATE_MAX:
-            valid = f"valid: above 0, up to {RATE_MAX:g} Hz"
-            raise self.fail(f"<update_rate> is {rate}; {valid}")
-        if rate == 0.0:
-            self.note(f"<update_rate> 0 is taken as {default:g} Hz")
-        return rate or default
+        if not rate >= 0.0:
+            raise self.fail(f"<update_rate> is {rate}; valid: above 0 Hz")
+        taken = min(rate, RATE_MAX) or default
+        if rate != taken:
+            self.note(f"<update_rate> {rate:g} is taken as {taken:g} Hz")
+        return taken
 
     def deviation(self, *paths: str, named: str = "gaussiannoise") -> float | None:
         """Return the standard deviation of the first noise that is there; None without one.

@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
+import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
+
+_NAMED = re.compile(r"(link|model|joint|gazebo) '([^']*)'(.*)", re.DOTALL)
 
 
 class NoteKind(Enum):
@@ -34,3 +38,19 @@ class Note:
     kind: NoteKind
     text: str
     of: str = ""
+
+
+def gathered(notes: Iterable[Note]) -> tuple[str, ...]:
+    """Return the texts of notes; what they say of several links, models or joints is one line."""
+    found: dict[tuple[str, str], list[str]] = {}
+    for note in notes:
+        match = _NAMED.fullmatch(note.text)
+        what, name, rest = match.groups() if match else (note.text, "", "")
+        found.setdefault((what, rest), []).append(name)
+    return tuple(what + _names(names) + rest for (what, rest), names in found.items())
+
+
+def _names(names: list[str]) -> str:
+    first, rest = (names, []) if len(names) < 5 else (names[:3], names[3:])
+    shown = ", ".join(f"'{name}'" for name in first)
+    return f" {shown}{f' and {len(rest)} more' if rest else ''}" if names[0] else ""

@@ -33,9 +33,11 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
     across = float(axis(urdf, joint)[1])
     # A wheel's axis is within 60 degrees of y.
     if abs(across) < 0.5:
-        raise RobotError(
-            urdf.path, "a wheel's axis must lie across the robot (y)", f"joint '{joint}'"
+        why = (
+            " (a joint without <axis> has x)" if urdf.joints[joint].axis == (1.0, 0.0, 0.0) else ""
         )
+        problem = f"a wheel's axis must lie across the robot (y){why}"
+        raise RobotError(urdf.path, problem, f"joint '{joint}'")
     return 1.0 if across > 0.0 else -1.0
 
 

@@ -61,11 +61,12 @@ def run(arguments: argparse.Namespace) -> int:
         if ":=" in str(arguments.check):  # an argument of the robot's file, not --check's own
             arguments.robot_arguments += [str(arguments.check)]
             arguments.check = ""
-        files = [arguments.check or arguments.robot, None if arguments.check else arguments.world]
+        files = [arguments.check] if arguments.check else [arguments.robot, arguments.world]
         if not any(files):
             raise ConfigError("--check: lacks its file; valid: --check FILE, or with --robot FILE")
         for file in filter(None, files):
-            show(describe_file(file, arguments.robot_arguments, arguments.save_guess))
+            named = not arguments.check and file is arguments.robot
+            show(describe_file(file, arguments.robot_arguments, arguments.save_guess, named))
         return 0
     from bringup.parameters.sources import is_fleet
     from bringup.parameters.world_robots import take_robots_of_world

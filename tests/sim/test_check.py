@@ -51,6 +51,24 @@ def test_worlds_are_understood(path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "loads" in capsys.readouterr().out
 
 
+def test_a_named_robot_is_checked_as_one(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    ball = (
+        "<collision name='c'><geometry><sphere><radius>1</radius></sphere></geometry></collision>"
+    )
+    path = tmp_path / "model.sdf"
+    path.write_text(
+        f"<sdf version='1.9'><model name='m'><link name='l'>{ball}</link></model></sdf>"
+    )
+    for options, said in (
+        (["--check", str(path)], "world"),
+        (["--check", "--robot", str(path)], "robot 'm'"),
+    ):
+        assert run(parse(["sim", *options])) == OK
+        assert capsys.readouterr().out.splitlines()[1].startswith(said)
+
+
 @pytest.mark.usefixtures("without_sills")
 def test_check_takes_the_robot_and_the_world_that_are_named(
     capsys: pytest.CaptureFixture[str],

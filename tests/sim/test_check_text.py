@@ -157,6 +157,16 @@ def test_what_stands_fast_has_no_drive_and_maybe_no_sensors(tmp_path: Path) -> N
 
 
 @pytest.mark.usefixtures("without_sills")
+@pytest.mark.parametrize(("at", "height"), [(2.0, "0"), (-2.0, "2.1")])
+def test_what_hangs_from_the_world_hangs_on(tmp_path: Path, at: float, height: str) -> None:
+    box = '<link name="box"><collision><geometry><box size="0.2 0.2 0.2"/></geometry></collision>'
+    hung = f"""{box}</link><joint name="k" type="fixed"><parent link="world"/><child link="box"/>
+<origin xyz="0 0 {at}"/></joint>"""
+    line = _found(tmp_path, "hung.urdf", _POST.format(hung)).lines[-1]
+    assert line == f"  stands with 'world' {height} m above the ground"
+
+
+@pytest.mark.usefixtures("without_sills")
 def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
     lines = _found(tmp_path, "post.urdf", _POST.format(_ROWS)).lines
     said = "\n".join(line for line in lines if ": topic " in line or " samples" in line)

@@ -392,6 +392,18 @@ def test_names_of_its_own_are_returned(tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.parametrize("is_fused", [True, False])
+def test_a_filter_does_not_hear_the_odometry_that_it_leaves_to_the_robot(
+    tmp_path: Path, is_fused: bool
+) -> None:
+    text = ROBOT.read_text(encoding="utf-8")
+    path = tmp_path / "other.urdf"
+    path.write_text(text.replace("Topic>odom<", "Topic>/wheel_odom<"), encoding="utf-8")
+    found = names_of(named_robot(str(path), ""), is_fused)
+    own = {"odom_topic": "/wheel_odom", "wheel_odom": "/wheel_odom/unfused"}
+    assert found == ({} if is_fused else own)
+
+
 @pytest.mark.parametrize("limit", [0.5, 0.95])
 def test_a_steered_robots_bend_is_that_of_its_inner_wheel(tmp_path: Path, limit: float) -> None:
     robot = named_robot(str(car("gz", limit=limit).write(tmp_path)), "")

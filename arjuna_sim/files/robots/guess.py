@@ -46,26 +46,33 @@ _GUESS = """<?xml version="1.0"?>
 """
 
 
-def guess_drive(xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE) -> DriveSettings:
-    """Return the drive of a robot without a drive plugin, by its wheels; `NO_DRIVE` without any.
+def guess_drive(
+    xml: XmlFile, urdf: Urdf, controlled: Set[str] = _NONE, has_plugin: bool = False
+) -> DriveSettings:
+    """Return the drive of a robot whose file names no wheels of one; `NO_DRIVE` without any.
 
     Args:
         controlled: Names of the joints that a velocity controller moves.
+        has_plugin: Whether a drive plugin is there.
     """
-    if (found := guessed_wheels(xml, urdf, controlled)) is not None:
+    if (found := guessed_wheels(xml, urdf, controlled, has_plugin)) is not None:
         return found
     xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
-    lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[2]) > _UPRIGHT]
-    if lying:
-        xml.note(f"{', '.join(lying)}: turn about the vertical, as no wheel does that drives")
+    for i, line in ((0, "x, as joints without <axis> do"), (2, "the vertical")):
+        lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[i]) > _UPRIGHT]
+        if lying:
+            xml.note(f"{', '.join(lying)}: turn about {line}, as no wheel does that drives")
     return NO_DRIVE
 
 
-def guessed_wheels(xml: XmlFile, urdf: Urdf, controlled: Set[str]) -> DriveSettings | None:
+def guessed_wheels(
+    xml: XmlFile, urdf: Urdf, controlled: Set[str], has_plugin: bool
+) -> DriveSettings | None:
     """Return a drive by the wheels that a robot seems to have; None where it has none."""
+    why = "the drive plugin names no wheels" if has_plugin else "no drive plugin"
     omni = omni_drive(urdf, tuple(_candidates(urdf, controlled)))
     if omni is not None:
-        xml.note(f"no drive plugin: guessed are the omni wheels {', '.join(omni.wheels)}")
+        xml.note(f"{why}: guessed are the omni wheels {', '.join(omni.wheels)}")
         return dataclasses.replace(omni, is_guessed=True)
     left, right = guess_sides(xml, urdf, controlled)
     left, right = facing_ahead(xml, "its wheels' names", urdf, left, right)
@@ -77,7 +84,7 @@ def guessed_wheels(xml: XmlFile, urdf: Urdf, controlled: Set[str]) -> DriveSetti
     track = effective_track(urdf, left, right)
     torque = torque_of(urdf, radius, len(left + right))
     xml.note(
-        f"no drive plugin: guessed are the wheels {', '.join(left)} (left) and {', '.join(right)}"
+        f"{why}: guessed are the wheels {', '.join(left)} (left) and {', '.join(right)}"
         f" (right), separation {separation:.4g} m, radius {radius:.4g} m"
     )
     sizes = separation, radius, torque, track, radius

@@ -191,7 +191,7 @@ def _driven(
     if any(read.tracks):
         urdf, made, tags.friction = on_tracks(xml, urdf, read.tracks, tags)
     elif read.drive is None and read.kind is DriveKind.PLANAR:
-        if (guessed := guessed_wheels(xml, urdf, tags.controlled)) is not None:
+        if (guessed := guessed_wheels(xml, urdf, tags.controlled, True)) is not None:
             drive = arranged(xml, urdf, guessed, read.kind, tags.grips)
             hinged = {j.child for j in urdf.joints.values() if j.kind in ("continuous", "revolute")}
             # Wheels on forks would turn the forks.
@@ -200,7 +200,7 @@ def _driven(
         urdf, made = on_rollers(xml, urdf)
     if made is not None:  # wheels that no file names are in no message
         return urdf, made, named or own
-    drive = read.drive or guess_drive(xml, urdf, tags.controlled)
+    drive = read.drive or guess_drive(xml, urdf, tags.controlled, read.kind is not None)
     drive = arranged(xml, urdf, drive, read.kind, tags.grips)
     if named and {"wheel_tf", "joint_states"}.intersection(drive.publishes):
         named = tuple(dict.fromkeys((*named, *drive.wheels, *drive.steering)))

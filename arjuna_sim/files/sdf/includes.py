@@ -204,7 +204,7 @@ class Includes:
             found = self._included(xml, element, uri, chain, depth)
             if found is not None:
                 return found
-        return Element("frame", name=(element.findtext("name") or uri).strip())
+        return Element("frame", name=(element.findtext("name") or _last(uri)).strip())
 
     def _included(
         self, xml: XmlFile, element: Element, uri: str, chain: tuple[Path, ...], depth: int
@@ -212,7 +212,7 @@ class Includes:
         label = f"include '{uri}'"
         if not uri:
             raise xml.fail(label, "lacks its <uri>; valid: as model://ground_plane")
-        name = uri.strip("/").rpartition("/")[2].lower().replace(" ", "_")
+        name = _last(uri).lower().replace(" ", "_")
         if name == "sun":
             return Element("light", name=name, type=SUN_TYPE)
         self._tally(xml, label)
@@ -247,6 +247,10 @@ class Includes:
         if path not in self._files:
             self._files[path] = self._root.beside_it(path)
         return self._files[path]
+
+
+def _last(uri: str) -> str:
+    return uri.strip("/").rpartition("/")[2]
 
 
 def _content(inner: XmlFile) -> Element:

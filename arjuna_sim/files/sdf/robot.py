@@ -45,6 +45,7 @@ from arjuna_sim.model.urdf import Joint, Link, Mimic, Urdf
 class _Robot:
     """The robot as far as it is read: links and their poses in the robot, joints and tags."""
 
+    frames: set[str] = field(default_factory=set)
     poses: dict[str, Pose3] = field(default_factory=dict)
     links: dict[str, Link] = field(default_factory=dict)
     joints: dict[str, Joint] = field(default_factory=dict)
@@ -94,6 +95,7 @@ def read_sdf_robot(xml: XmlFile, name: str = "") -> tuple[Urdf, Tags]:
         name, base = _called(name), _called(base)
         base = base if base in robot.links else next(iter(robot.links), "")
         if name not in robot.links and base:
+            robot.frames.add(name)
             robot.add(xml, Link(name, None, (), ()), pose)
             robot.connect(f"{name}_frame", "fixed", base, name)
     robot.tags.items += [PluginTag(plugin, None) for plugin in reader.plugins]
@@ -190,6 +192,10 @@ def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
     if parent == WORLD and WORLD not in robot.links:
         robot.add(xml, Link(WORLD, None, (), ()), ORIGIN)
     for end in (parent, child):
+        if end.rpartition("/")[0] in robot.frames and end not in robot.links:
+            # The frame stands for an include that was left out.
+            xml.note(f"{label}: is left out, as '{end}' is", NoteKind.MISSING)
+            return
         if end not in robot.links:
             raise xml.fail(label, f"link '{end}' does not exist")
     if name in robot.joints:

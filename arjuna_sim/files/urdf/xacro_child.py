@@ -40,6 +40,8 @@ _REMEDIES = (
     ("Undefined block", "params names it with a star, *NAME, and the call of its macro holds it"),
     ("when evaluating expression", "what stands in ${} is Python"),
 )
+_VALUE = re.compile(r"=\s*(\"[^\"]*\$\([^\"]*\"|'[^']*\$\([^']*')")
+"""An attribute's value that asks for arguments, by `arg` or `eval`."""
 _UNKNOWN = re.compile(r"unknown macro name: (\S+)")
 _BARE = re.compile(r"<!--.*?-->|<(macro|property)\s+name=", re.DOTALL)
 """What xacro read before 2020 without its prefix, outside comments."""
@@ -74,7 +76,7 @@ class Expansion:
     """One file's expansion; what is missing is left out and noted.
 
     Attributes:
-        off: The arguments that are false by default.
+        off: The arguments that are false by default, but for those that are some tag's text alone.
     """
 
     def __init__(self, path: Path, search: SearchPath) -> None:
@@ -82,6 +84,7 @@ class Expansion:
         self._search = search
         self._is_incomplete = False
         self._unknown: set[str] = set()
+        self._choosing: set[str] = set()  # the arguments in attributes, as a condition's value
         self.notes: dict[tuple[str, str], None] = {}
         self.off: list[str] = []
         index = ModuleType("ament_index_python.packages")
@@ -110,7 +113,7 @@ class Expansion:
             self._note(text, NoteKind.CHANGED)
         self.off = [
             name
-            for name in sorted(arguments.used - set(given))
+            for name in sorted(self._choosing & arguments.used - set(given))
             if arguments.get(name, "").lower() in ("false", "0")
         ]
         for name in sorted(set(given) - arguments.used):
@@ -155,6 +158,8 @@ class Expansion:
 
     def _bridged(self, text: str) -> str:
         """Leave out calls of unknown macros, and let conditions that are empty be false."""
+        for value in _VALUE.findall(text):
+            self._choosing.update(re.findall(r"\w+", value))
         for tag in filter(None, _BARE.findall(text)):
             said = f"<{tag}> without its prefix is nothing to xacro; <xacro:{tag}> is what it reads"
             self._note(said, NoteKind.BROKEN)

@@ -119,8 +119,9 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     contacts = _ground_contacts(model, data, geoms, gaps, (driven, bodies - driven))
     weight = _weight(model, data, robot, ground)
     steady = steady_acceleration(contacts, weight)
+    height = -min(sunk, default=-0.0)
     return WheelSupport(
-        -min(sunk, default=-0.0),
+        max(0.0, height) if robot.anchored else height,  # what hangs from the world hangs on
         steady,
         traction_notes(steady),
         tuple(sorted(wheels)),

@@ -80,6 +80,7 @@ def test_what_is_false_by_default_is_named_where_a_drive_or_a_sensor_lacks(tmp_p
     inside = arguments + (
         '<link name="a"/><xacro:if value="$(arg arm)"/>'
         f'<xacro:if value="$(arg use_sim)">{sensor}</xacro:if><!-- $(arg rate) -->'
+        '<xacro:arg name="shown" default="false"/><gazebo><visible>$(arg shown)</visible></gazebo>'
     )
     expanded = _expand(tmp_path, inside)
     assert expanded.off == ("arm", "use_sim")

@@ -168,10 +168,14 @@ def test_a_guess_says_what_it_is() -> None:
     assert "has no drive: neither a drive plugin nor wheels on both sides" in str(list(none.notes))
 
 
-@pytest.mark.parametrize("lying", [True, False])
-def test_wheels_that_lie_on_their_sides_are_named(lying: bool) -> None:
+@pytest.mark.parametrize(
+    ("along", "about"),
+    [((0.0, 0.0, 1.0), "the vertical"), ((1.0, 0.0, 0.0), "x, as joints without <axis> do")],
+)
+def test_wheels_that_turn_about_no_line_across_are_named(
+    along: tuple[float, float, float], about: str
+) -> None:
     xml = urdf_file()
-    up = (0.0, 0.0, 1.0) if lying else (1.0, 0.0, 0.0)
-    assert guess_drive(xml, wheeled(CORNERS[:2], along=up, names=SIDES[:2])) is NO_DRIVE
-    said = "front_left_wheel, front_right_wheel: turn about the vertical, as no wheel does"
-    assert any(said in note.text for note in xml.notes) is lying
+    assert guess_drive(xml, wheeled(CORNERS[:2], along=along, names=SIDES[:2])) is NO_DRIVE
+    said = f"front_left_wheel, front_right_wheel: turn about {about}, as no wheel does that drives"
+    assert [note.text for note in xml.notes][1:] == [said]

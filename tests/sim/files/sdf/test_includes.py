@@ -122,14 +122,15 @@ def test_the_ground_is_built_in(tmp_path: Path, uri: str) -> None:
         assert len((part.findtext("material/diffuse") or "").split()) == 4
 
 
+@pytest.mark.parametrize("uri", ["none", "model://none/"])
 @pytest.mark.parametrize(("own", "name"), [("", "none"), ("<name> n </name>", "n")])
-def test_a_missing_include_leaves_a_frame(tmp_path: Path, own: str, name: str) -> None:
-    found = Expanded(tmp_path, include("none", own))
+def test_a_missing_include_leaves_a_frame(tmp_path: Path, uri: str, own: str, name: str) -> None:
+    found = Expanded(tmp_path, include(uri, own))
     assert [(one.tag, one.get("name")) for one in found.world] == [("frame", name)]
     (note,) = found.xml.notes
     assert note.kind is NoteKind.MISSING
     assert note.text == (
-        "include: model 'none' does not exist, so it is left out; built in: sun, ground_plane"
+        f"include: model '{uri}' does not exist, so it is left out; built in: sun, ground_plane"
     )
 
 

@@ -247,6 +247,17 @@ def test_what_urdf_has_not_is_held_or_left_out_and_said() -> None:
     ]
 
 
+def test_a_joint_of_what_is_missing_is_left_out_too() -> None:
+    eye = "<include><uri>model://eye</uri></include>"
+    xml = xml_of(link("base"), eye, joint("neck", "base", "eye::lens"))
+    found, _ = read_sdf_robot(xml)
+    assert found.links.keys() == {"base", "eye"}
+    assert found.joints.keys() == {"eye_frame"}
+    assert texts(xml.notes)[-1] == "joint 'neck': is left out, as 'eye/lens' is"
+    with pytest.raises(RobotError, match="link 'base/lens' does not exist"):
+        read(link("base"), joint("neck", "base", "base::lens"))
+
+
 def test_what_has_no_mass_has_no_inertial() -> None:
     bare = read(link("base", "<inertial><pose>1 0 0 0 0 0</pose></inertial>"))
     assert bare.links["base"].inertial is None
