@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import inspect
+import json
+import tempfile
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from pathlib import Path
@@ -44,13 +46,27 @@ PARAMETERS: dict[str, dict[str, Any]] = {
 SPOKEN = {"info", "warn", "error", "debug"}  # say something, ask nothing
 
 
+def _graph() -> Iterator[dict[str, Any]]:
+    """Yield the features of a graph of one edge."""
+    points = [0.0, 0.0], [1.5, 1.0]
+    for k, point in enumerate(points):
+        geometry: dict[str, Any] = {"type": "Point", "coordinates": point}
+        yield {"type": "Feature", "properties": {"id": k, "frame": "map"}, "geometry": geometry}
+    geometry = {"type": "MultiLineString", "coordinates": [list(points)]}
+    yield {
+        "type": "Feature",
+        "properties": {"id": 2, "startid": 0, "endid": 1},
+        "geometry": geometry,
+    }
+
+
 class Bench:
     """A robot that knows the room, and a script's navigator."""
 
-    def __init__(self, patch: pytest.MonkeyPatch) -> None:
-        self.robot = LockStep(
-            merged(shipped_parameters(), PARAMETERS), strict=True, transport="dds"
-        )
+    def __init__(self, patch: pytest.MonkeyPatch, graph: Path) -> None:
+        graph.write_text(json.dumps({"type": "FeatureCollection", "features": list(_graph())}))
+        given = {**PARAMETERS, "route_server": {"graph_filepath": str(graph)}}
+        self.robot = LockStep(merged(shipped_parameters(), given), strict=True, transport="dds")
         self.robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
         self.robot.run(0.5)
         self.navigator = commander(self.robot, patch)
@@ -83,7 +99,11 @@ class Bench:
 
 @contextmanager
 def opened() -> Iterator[Bench]:
-    with pytest.MonkeyPatch.context() as patch, closing(Bench(patch)) as bench:
+    with (
+        pytest.MonkeyPatch.context() as patch,
+        tempfile.TemporaryDirectory() as folder,
+        closing(Bench(patch, Path(folder) / "graph.geojson")) as bench,
+    ):
         yield bench
 
 
@@ -186,6 +206,23 @@ def test_paths_are_planned_smoothed_and_followed(bench: Bench) -> None:
     assert bench.result() is TaskResult.SUCCEEDED
     assert isinstance(navigator.getFeedback(), FollowPath.Feedback)
     assert bench.pose.distance(SE2(1.0, 0.5)) < REACHED
+
+
+def test_a_route_is_tracked_while_its_path_is_followed(bench: Bench) -> None:
+    navigator = bench.navigator
+    found = navigator.getRoute(at(0.0, 0.0), at(1.5, 1.0))
+    assert found is not None
+    assert [node.nodeid for node in found[1].nodes] == [0, 1]
+    tracking, ends = navigator.getAndTrackRoute(0, 1), bench.robot.now + 60.0
+    followed = 0
+    while not navigator.isTaskComplete(task=tracking):
+        while (feedback := navigator.getFeedback(task=tracking)) is not None:
+            if feedback.rerouted:
+                followed += navigator.followPath(feedback.path)
+        assert bench.robot.now < ends, "the route has no end"
+    assert followed == 1
+    assert bench.result() is TaskResult.SUCCEEDED
+    assert bench.pose.distance(SE2(1.5, 1.0)) < REACHED
 
 
 def test_maps_and_costmaps(bench: Bench) -> None:
