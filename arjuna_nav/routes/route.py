@@ -29,7 +29,7 @@ class Route:
     @property
     def cost(self) -> float:
         """The cost of all edges."""
-        return sum(self.costs)
+        return sum(self.costs, 0.0)
 
     def without_first(self) -> Route:
         """Return the rest of the route behind its first edge."""

@@ -93,9 +93,8 @@ class SimNode(ManagedNode):
     def _create_services(self) -> None:
         known = KnownEntities(self.simulator)
         self._steps = StepAction(self, lambda: self.state)
-        SimulationServices(self, self._steps, known.infos.clear)
-        answers = EntityServices(self, known).answers
-        GazeboServices(self, known, answers)
+        answers = SimulationServices(self, self._steps, known.infos.clear).answers
+        GazeboServices(self, known, answers | EntityServices(self, known).answers)
         StatesOfModels(self, known)
 
     def activate(self) -> None:

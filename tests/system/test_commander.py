@@ -210,7 +210,7 @@ def test_paths_are_planned_smoothed_and_followed(bench: Bench) -> None:
 
 def test_a_route_is_tracked_while_its_path_is_followed(bench: Bench) -> None:
     navigator = bench.navigator
-    found = navigator.getRoute(at(0.0, 0.0), at(1.5, 1.0))
+    found = navigator.getRoute(at(0.0, 0.0), at(1.5, 1.0), use_start=True)
     assert found is not None
     assert [node.nodeid for node in found[1].nodes] == [0, 1]
     tracking, ends = navigator.getAndTrackRoute(0, 1), bench.robot.now + 60.0

@@ -1,12 +1,13 @@
-"""gazebo_msgs: entities by the services of Gazebo classic, which some clients still call.
+"""Gazebo's own services, which some clients call: gazebo_msgs', and ros_gz_interfaces' of a world.
 
-Some of them have the names of simulation_interfaces' services and other types. A participant knows
-a name by one type, so that they live in one of their own, made when a client of theirs is seen.
+Some of the former have the names of simulation_interfaces' services and other types. A participant
+knows a name by one type, so that they live in one of their own, made when a client of theirs is
+seen. The latter have the names that a bridge gives them: those by which clients ask.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,11 +15,20 @@ from geometry_msgs.msg import Pose, PoseStamped, Twist
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
 from rclpy.node import Node, NodeNameNonExistentError
-from simulation_interfaces.msg import EntityState, Resource, Result
-from simulation_interfaces.srv import DeleteEntity, GetEntityState, SetEntityState, SpawnEntity
+from simulation_interfaces.msg import EntityState, Resource, Result, SimulationState
+from simulation_interfaces.srv import (
+    DeleteEntity,
+    GetEntityState,
+    GetSimulationState,
+    ResetSimulation,
+    SetEntityState,
+    SetSimulationState,
+    SpawnEntity,
+    StepSimulation,
+)
 from std_msgs.msg import Header
 
-from arjuna_core.ros.context import discovery, new_context
+from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.convert import header, pose3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.messages import WORLD, pose3_from_msg
@@ -26,11 +36,16 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
+_CLASSIC, _OF_WORLDS = "gazebo_msgs", "ros_gz_interfaces"
 _PERIODS = 1.0, 0.05  # of looking for clients, and of polling for requests [s]
 
 
 class GazeboServices:
-    """Answers gazebo_msgs' services by those of simulation_interfaces, given by name."""
+    """Answers Gazebo's services by those of simulation_interfaces, given by name.
+
+    Attributes:
+        bridged: What answers those of ros_gz_interfaces, by their types.
+    """
 
     def __init__(
         self,
@@ -39,19 +54,24 @@ class GazeboServices:
         answers: Mapping[str, Callable[[Any, Any], Any]],
     ) -> None:
         self._node, self._known, self._answers = node, known, answers
+        self.bridged: dict[str, Callable[[Any, Any], Any]] = {
+            "SpawnEntity": self._create,
+            "DeleteEntity": self._remove,
+            "SetEntityPose": self._set_pose,
+            "ControlWorld": self._control,
+        }
         self._own: Node | None = None
         self._executor: SingleThreadedExecutor | None = None
-        self._timer: Any = None
+        self._timers: list[Any] = []
+        self._served: set[tuple[str, str]] = set()
         if node.transport is None:  # else there are no clients but those of this process
             self._every(_PERIODS[0], self._look)
         node.keep(self)
 
     def _every(self, period: float, then: Callable[[], None]) -> None:
-        """Call a function in a period [s] of the wall's clock, and nothing else any more."""
-        if self._timer is not None:
-            self._node.destroy_timer(self._timer)
+        """Call a function in a period [s] of the wall's clock."""
         clock = Clock(clock_type=ClockType.STEADY_TIME)
-        self._timer = self._node.create_timer(period, then, clock=clock)
+        self._timers.append(self._node.create_timer(period, then, clock=clock))
 
     def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
         """Return the types and names, and what answers them."""
@@ -68,8 +88,8 @@ class GazeboServices:
 
     def destroy(self) -> None:
         """Leave the graph."""
-        if self._timer is not None:
-            self._node.destroy_timer(self._timer)
+        for timer in self._timers:
+            self._node.destroy_timer(timer)
         if self._own is not None and self._executor is not None:
             self._executor.shutdown()
             self._own.destroy_node()
@@ -77,33 +97,39 @@ class GazeboServices:
             self._own = None
 
     def _look(self) -> None:
-        """Serve once there is a client."""
-        if self._has_clients():
-            self._serve()
+        """Serve what there are clients of, and is not served yet."""
+        for name, kind in sorted(self._wanted() - self._served):
+            package, _, short = kind.split("/")
+            answer = self.bridged.get(short) if package == _OF_WORLDS else None
+            if answer is not None:
+                self._serve([(class_of(kind), name, answer)])
+            elif package == _CLASSIC and not any(_CLASSIC in each for _, each in self._served):
+                self._serve(self.services())
+            self._served.add((name, kind))
 
-    def _has_clients(self) -> bool:
-        node = self._node
+    def _wanted(self) -> set[tuple[str, str]]:
+        """Return the names and types of Gazebo's services that clients ask for."""
+        node, found = self._node, set()
         for name, space in node.get_node_names_and_namespaces():
             try:
                 clients = node.get_client_names_and_types_by_node(name, space)
             except NodeNameNonExistentError:  # it has left since
                 continue
-            if any(kind.startswith("gazebo_msgs/") for _, kinds in clients for kind in kinds):
-                return True
-        return False
+            found |= {(service, kind) for service, kinds in clients for kind in kinds}
+        return {each for each in found if each[1].partition("/")[0] in (_CLASSIC, _OF_WORLDS)}
 
-    def _serve(self) -> None:
-        with discovery(isolated=False):
-            context = new_context()
-            namespace = self._node.process.namespace
-            self._own = Node("gazebo", context=context, namespace=namespace)
-        executor = self._executor = SingleThreadedExecutor(context=context)
-        executor.add_node(self._own)
-        for kind, name, answer in self.services():
-            guarded = self._node.answering(name, answer)
-            self._own.create_service(kind, name, guarded)
-        self._every(_PERIODS[1], lambda: executor.spin_once(0.0))
-        self._node.get_logger().info("gazebo_msgs' services are there, for a client asks for them")
+    def _serve(self, services: Iterable[tuple[Any, str, Callable[[Any, Any], Any]]]) -> None:
+        if self._own is None:
+            with discovery(isolated=False):
+                context = new_context()
+                namespace = self._node.process.namespace
+                self._own = Node("gazebo", context=context, namespace=namespace)
+            executor = self._executor = SingleThreadedExecutor(context=context)
+            executor.add_node(self._own)
+            self._every(_PERIODS[1], lambda: executor.spin_once(0.0))
+        for kind, name, answer in services:
+            self._own.create_service(kind, name, self._node.answering(name, answer))
+            self._node.get_logger().info(f"{name} is there, for a client asks for Gazebo's")
 
     def _ask(self, service: str, kind: Any, /, **fields: Any) -> tuple[Any, str]:
         """Return the response of a service of simulation_interfaces, and why it failed."""
@@ -163,6 +189,53 @@ class GazeboServices:
             self._node.get_logger().warning(f"set_entity_state: {refused}")
         response.success = not problem
         return response
+
+    def _done(self, response: Any, *problems: str) -> Any:
+        """Return a response of a world's service, which cannot say why it failed: the log does."""
+        found = [problem for problem in problems if problem]
+        for problem in found:
+            self._node.get_logger().warning(f"{type(response).__name__}: {problem}")
+        response.success = not found
+        return response
+
+    def _create(self, request: Any, response: Any) -> Any:
+        made = request.entity_factory
+        _, problem = self._ask(
+            *("spawn_entity", SpawnEntity),
+            name=made.name,
+            allow_renaming=made.allow_renaming or not made.name,
+            entity_resource=Resource(uri=made.sdf_filename, resource_string=made.sdf),
+            initial_pose=_stamped(PoseStamped, made.pose, made.relative_to),
+        )
+        return self._done(response, problem)
+
+    def _remove(self, request: Any, response: Any) -> Any:
+        return self._done(
+            response, self._ask("delete_entity", DeleteEntity, entity=request.entity.name)[1]
+        )
+
+    def _set_pose(self, request: Any, response: Any) -> Any:
+        fields = {"entity": request.entity.name, "set_pose": True}
+        state = _stamped(EntityState, request.pose, "")
+        return self._done(
+            response, self._ask("set_entity_state", SetEntityState, state=state, **fields)[1]
+        )
+
+    def _control(self, request: Any, response: Any) -> Any:
+        """Set back, stop, go on or step, in that order, as gz-sim's service `control`."""
+        asked, kind, problems = request.world_control, ResetSimulation.Request, []
+        scope = asked.reset.time_only * kind.SCOPE_TIME + asked.reset.model_only * kind.SCOPE_STATE
+        scope = kind.SCOPE_ALL if asked.reset.all else scope
+        if scope:
+            problems.append(self._ask("reset_simulation", ResetSimulation, scope=scope)[1])
+        steps = asked.multi_step or int(asked.step)
+        stops = SimulationState.STATE_PAUSED, SimulationState.STATE_PLAYING
+        state = SimulationState(state=stops[0] if asked.pause or steps else stops[1])
+        if self._ask("get_simulation_state", GetSimulationState)[0].state != state:
+            problems.append(self._ask("set_simulation_state", SetSimulationState, state=state)[1])
+        if steps:
+            problems.append(self._ask("step_simulation", StepSimulation, steps=steps)[1])
+        return self._done(response, *problems)
 
     def _list(self, request: Any, response: Any) -> Any:
         response.header = header(WORLD, self._node.now)

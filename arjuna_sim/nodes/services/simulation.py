@@ -119,6 +119,9 @@ class SimulationServices:
 
     Args:
         forget: Called where the entities are the start's again.
+
+    Attributes:
+        answers: What answers each service with a result, by its name.
     """
 
     def __init__(self, host: Host, steps: StepAction, forget: Callable[[], None]) -> None:
@@ -126,15 +129,20 @@ class SimulationServices:
         self._steps = steps
         self._forget = forget
         self._inline = ""
+        services: tuple[tuple[Any, str, Callable[[Any, Any], None]], ...] = (
+            (srv.ResetSimulation, "reset_simulation", self._reset),
+            (srv.GetSimulationState, "get_simulation_state", self._get_state),
+            (srv.SetSimulationState, "set_simulation_state", self._set_state),
+            (srv.StepSimulation, "step_simulation", self._step),
+            (srv.LoadWorld, "load_world", self._load),
+            (srv.UnloadWorld, "unload_world", self._unload),
+            (srv.GetCurrentWorld, "get_current_world", self._get_current),
+            (srv.GetAvailableWorlds, "get_available_worlds", self._get_available),
+        )
+        self.answers = {name: answering(answer) for _, name, answer in services}
+        for service, name, _ in services:
+            host.serve(service, name, self.answers[name])
         host.serve(srv.GetSimulatorFeatures, "get_simulator_features", self._get_features)
-        host.serve(srv.ResetSimulation, "reset_simulation", answering(self._reset))
-        host.serve(srv.GetSimulationState, "get_simulation_state", answering(self._get_state))
-        host.serve(srv.SetSimulationState, "set_simulation_state", answering(self._set_state))
-        host.serve(srv.StepSimulation, "step_simulation", answering(self._step))
-        host.serve(srv.LoadWorld, "load_world", answering(self._load))
-        host.serve(srv.UnloadWorld, "unload_world", answering(self._unload))
-        host.serve(srv.GetCurrentWorld, "get_current_world", answering(self._get_current))
-        host.serve(srv.GetAvailableWorlds, "get_available_worlds", answering(self._get_available))
 
     def _get_features(self, request: Any, response: Any) -> Any:
         response.features.features = [getattr(SimulatorFeatures, name) for name in _FEATURES]

@@ -36,14 +36,9 @@ _OWN = {
     "points": "camera/points",
 }
 """The robot's topic for each of Gazebo's that is called otherwise."""
-_SERVICE = re.compile(r"(?P<name>[^@]+)@[^@]+/srv/[^@]+(@.+)?")
-_SERVICES = {
-    "create": "spawn_entity",
-    "remove": "delete_entity",
-    "set_pose": "set_entity_state",
-    "control": "set_simulation_state",
-}
-"""The service of simulation_interfaces that does what one of a world of Gazebo's does."""
+_SERVICE = re.compile(r"(?P<name>[^@]+)@(?P<type>[^@]+/srv/[^@]+)(@.+)?")
+_SERVICES = ("SpawnEntity", "DeleteEntity", "SetEntityPose", "ControlWorld")
+"""Types of ros_gz_interfaces' services that the simulator answers by any name."""
 _LOOKS = 120  # at the graph, two a second, before what is not found is named
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
@@ -76,7 +71,7 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
 
     for word in given.own:
         if (service := _SERVICE.fullmatch(word)) is not None:
-            _say_instead(service["name"])
+            _check_service(service["name"], service["type"])
             continue
         found = _TOPIC.fullmatch(word)
         if found is None:
@@ -89,7 +84,7 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
     for entry in (read_yaml(Path(config)) or ()) if config else ():
         names = entry if isinstance(entry, dict) else {}
         if "service_name" in names:
-            _say_instead(str(names["service_name"]))
+            _check_service(str(names["service_name"]), str(names.get("ros_type_name")))
             continue
         topic = names.get("topic_name", "")
         ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
@@ -102,11 +97,11 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         yield Bridged(absolute(gz), resolved(ros), str(names["ros_type_name"]), direction)
 
 
-def _say_instead(service: str) -> None:
-    """Print which service of the simulator does what a bridged one of Gazebo's does."""
-    own = _SERVICES.get(service.rpartition("/")[2])
-    instead = f"the simulator has /{own}" if own else "the simulator has simulation_interfaces'"
-    print(f"{service} is not bridged: {instead}", flush=True)
+def _check_service(name: str, kind: str) -> None:
+    """Print that a service is not bridged, unless the simulator answers its type itself."""
+    if kind.rpartition("/")[2] not in _SERVICES:
+        valid = ", ".join(_SERVICES)
+        print(f"{name} is not bridged: of the types, the simulator has {valid}", flush=True)
 
 
 def _is_there(node: Any, name: str, direction: str) -> bool:

@@ -153,6 +153,7 @@ def test_a_path_goes_over_the_nodes(tmp_path: Path) -> None:
     np.testing.assert_allclose(path[[0, -1]], [[0.0, 0.0, 0.0], [4.0, 4.0, math.pi / 2]])
     assert (np.abs(path[:, :2] - (4.0, 0.0)).sum(axis=1) < 1e-9).any()
     np.testing.assert_allclose(path_along(Route(graph.nodes[1]), 0.3), [[4.0, 0.0, 0.0]])
+    assert isinstance(Route(graph.nodes[1]).cost, float)  # what a message takes
 
 
 @pytest.mark.parametrize(("radius", "rounded"), [(1.0, True), (3.9, True), (4.1, False)])

@@ -1,4 +1,4 @@
-"""gazebo_msgs' services answer by simulation_interfaces', each in its own words."""
+"""Gazebo's services answer by simulation_interfaces', each in its own words."""
 
 from __future__ import annotations
 
@@ -7,7 +7,10 @@ from typing import Any
 
 import pytest
 from gazebo_msgs import srv
+from ros_gz_interfaces.msg import Entity, EntityFactory, WorldControl, WorldReset
+from simulation_interfaces.msg import SimulationState
 
+from arjuna_core.ros.context import class_of
 from arjuna_core.ros.convert import quaternion
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
@@ -80,3 +83,47 @@ def test_what_cannot_be_done_fails_with_a_reason(ask: Any) -> None:
     assert not ask("get_entity_state", name="crate", reference_frame="nobody").success
     assert not ask("set_entity_state").success
     assert not ask("spawn_entity", name="x", xml="<nothing/>").success
+
+
+def bridged(gazebo: GazeboServices, short: str, /, **fields: Any) -> bool:
+    kind = class_of(f"ros_gz_interfaces/srv/{short}")
+    return bool(gazebo.bridged[short](kind.Request(**fields), kind.Response()).success)
+
+
+def test_entities_come_move_and_go_by_a_bridge_s_services(bench: RosBench) -> None:
+    sim = start_in(bench)
+    (gazebo,) = sim.kept(GazeboServices)
+    made = EntityFactory(name="one", sdf=CRATE)
+    made.pose.position.x = 2.0
+    assert bridged(gazebo, "SpawnEntity", entity_factory=made)
+    assert not bridged(gazebo, "SpawnEntity", entity_factory=made)  # the name is taken
+    made.allow_renaming = True
+    assert bridged(gazebo, "SpawnEntity", entity_factory=made)
+    made.pose.position.x = 3.0
+    entity = Entity(name="one", type=Entity.MODEL)
+    assert bridged(gazebo, "SetEntityPose", entity=entity, pose=made.pose)
+    known = {each.name: each for each in KnownEntities(sim.simulator).all()}
+    assert {"one", "one_1"} <= known.keys()
+    state = KnownEntities(sim.simulator).state(known["one"])
+    assert state.pose.position.x == pytest.approx(3.0)
+    assert bridged(gazebo, "DeleteEntity", entity=entity)
+    assert not bridged(gazebo, "DeleteEntity", entity=entity)
+
+
+def test_a_world_is_controlled_by_a_bridge_s_service(bench: RosBench) -> None:
+    sim = start_in(bench)
+    (gazebo,) = sim.kept(GazeboServices)
+
+    def control(**fields: Any) -> bool:
+        return bridged(gazebo, "ControlWorld", world_control=WorldControl(**fields))
+
+    assert control(pause=True)
+    assert control(pause=True)
+    assert sim.state == SimulationState.STATE_PAUSED
+    before = sim.simulator.time
+    assert control(pause=True, multi_step=3)
+    assert sim.simulator.time == pytest.approx(before + 3 * sim.config.tick)
+    assert control(pause=True, reset=WorldReset(all=True))
+    assert sim.simulator.time == before == 0.0
+    assert control()
+    assert sim.state == SimulationState.STATE_PLAYING
