@@ -11,6 +11,7 @@ from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 import numpy as np
+from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseStamped, Twist
 from rclpy.clock import Clock, ClockType
 from rclpy.executors import SingleThreadedExecutor
@@ -235,6 +236,8 @@ class GazeboServices:
             problems.append(self._ask("set_simulation_state", SetSimulationState, state=state)[1])
         if steps:
             problems.append(self._ask("step_simulation", StepSimulation, steps=steps)[1])
+        if asked.seed or asked.run_to_sim_time != Time():
+            problems.append("seed and run_to_sim_time have no effect")
         return self._done(response, *problems)
 
     def _list(self, request: Any, response: Any) -> Any:

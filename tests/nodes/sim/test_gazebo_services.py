@@ -127,3 +127,4 @@ def test_a_world_is_controlled_by_a_bridge_s_service(bench: RosBench) -> None:
     assert sim.simulator.time == before == 0.0
     assert control()
     assert sim.state == SimulationState.STATE_PLAYING
+    assert not control(seed=3)
