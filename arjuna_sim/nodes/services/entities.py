@@ -29,13 +29,12 @@ from arjuna_sim.nodes.services.host import (
     OK,
     Host,
     RequestError,
-    answering,
     resource_error,
+    serve_all,
 )
 from arjuna_sim.nodes.services.known_entities import ALIAS, KnownEntities, matching
 from arjuna_sim.nodes.sim_config import NAMESPACE
 
-Answer = Callable[[Any, Any], Any]
 _NAME = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_./:-]{0,127}")
 _EXAMPLES = ("box:0.5,0.5,1.0", "cylinder:0.2,1.0", "sphere:0.25", "person")
 
@@ -51,7 +50,7 @@ class EntityServices:
         self._host = host
         self._known = known
         self._texts: TemporaryDirectory[str] | None = None
-        services: tuple[tuple[Any, str, Answer], ...] = (
+        services = (
             (srv.GetEntities, "get_entities", self._get_entities),
             (srv.GetEntitiesStates, "get_entities_states", self._get_entities_states),
             (srv.GetEntityState, "get_entity_state", self._get_entity_state),
@@ -64,9 +63,7 @@ class EntityServices:
             (srv.SpawnEntity, "spawn_entity", self._spawn),
             (srv.SpawnEntities, "spawn_entities", self._spawn_all),
         )
-        self.answers = {name: answering(answer, host) for _, name, answer in services}
-        for service, name, _ in services:
-            host.serve(service, name, self.answers[name])
+        self.answers = serve_all(host, services, in_world=host)
 
     def _matching(self, filters: Any) -> list[Entity]:
         known = self._known

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import Any, Protocol
 
 from simulation_interfaces.msg import Result, SimulationState
@@ -60,6 +60,19 @@ def answering(
         return response
 
     return callback
+
+
+def serve_all(
+    host: Host,
+    services: Iterable[tuple[Any, str, Callable[[Any, Any], None]]],
+    in_world: Host | None = None,
+) -> dict[str, Callable[[Any, Any], Any]]:
+    """Create services of types and names; return their callbacks, `answering`'s, by name."""
+    answers = {}
+    for kind, name, answer in services:
+        answers[name] = answering(answer, in_world)
+        host.serve(kind, name, answers[name])
+    return answers
 
 
 class Host(Protocol):

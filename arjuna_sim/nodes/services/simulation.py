@@ -30,9 +30,9 @@ from arjuna_sim.nodes.services.host import (
     OK,
     Host,
     RequestError,
-    answering,
     need_world,
     resource_error,
+    serve_all,
 )
 
 _SUFFIXES = (".world", ".sdf", ".yaml")
@@ -129,7 +129,7 @@ class SimulationServices:
         self._steps = steps
         self._forget = forget
         self._inline = ""
-        services: tuple[tuple[Any, str, Callable[[Any, Any], None]], ...] = (
+        services = (
             (srv.ResetSimulation, "reset_simulation", self._reset),
             (srv.GetSimulationState, "get_simulation_state", self._get_state),
             (srv.SetSimulationState, "set_simulation_state", self._set_state),
@@ -139,9 +139,7 @@ class SimulationServices:
             (srv.GetCurrentWorld, "get_current_world", self._get_current),
             (srv.GetAvailableWorlds, "get_available_worlds", self._get_available),
         )
-        self.answers = {name: answering(answer) for _, name, answer in services}
-        for service, name, _ in services:
-            host.serve(service, name, self.answers[name])
+        self.answers = serve_all(host, services)
         host.serve(srv.GetSimulatorFeatures, "get_simulator_features", self._get_features)
 
     def _get_features(self, request: Any, response: Any) -> Any:
