@@ -14,7 +14,7 @@ import numpy as np
 from builtin_interfaces.msg import Time
 from geometry_msgs.msg import Pose, PoseStamped, Twist
 from rclpy.clock import Clock, ClockType
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.node import Node, NodeNameNonExistentError
 from simulation_interfaces.msg import EntityState, Resource, Result, SimulationState
 from simulation_interfaces.srv import (
@@ -62,9 +62,10 @@ class GazeboServices:
             "ControlWorld": self._control,
         }
         self._own: Node | None = None
-        self._executor: SingleThreadedExecutor | None = None
+        self._executor: EventsExecutor | None = None
         self._timers: list[Any] = []
         self._served: set[tuple[str, str]] = set()
+        self._answered = 0
         if node.transport is None:  # else there are no clients but those of this process
             self._every(_PERIODS[0], self._look)
         node.keep(self)
@@ -125,12 +126,28 @@ class GazeboServices:
                 context = new_context()
                 namespace = self._node.process.namespace
                 self._own = Node("gazebo", context=context, namespace=namespace)
-            executor = self._executor = SingleThreadedExecutor(context=context)
+            executor = self._executor = EventsExecutor(context=context)
             executor.add_node(self._own)
-            self._every(_PERIODS[1], lambda: executor.spin_once(0.0))
+            self._every(_PERIODS[1], self._poll)
         for kind, name, answer in services:
-            self._own.create_service(kind, name, self._node.answering(name, answer))
+            self._own.create_service(kind, name, self._counted(self._node.answering(name, answer)))
             self._node.get_logger().info(f"{name} is there, for a client asks for Gazebo's")
+
+    def _counted(self, answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+        def answered(request: Any, response: Any) -> Any:
+            self._answered += 1
+            return answer(request, response)
+
+        return answered
+
+    def _poll(self) -> None:
+        """Answer the requests that wait, but no more than leave time for the simulation."""
+        assert self._executor is not None
+        for _ in range(50):
+            before = self._answered
+            self._executor.spin_once(0.0)
+            if self._answered == before:
+                return
 
     def _ask(self, service: str, kind: Any, /, **fields: Any) -> tuple[Any, str]:
         """Return the response of a service of simulation_interfaces, and why it failed."""

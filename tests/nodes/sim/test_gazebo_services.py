@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -128,3 +129,19 @@ def test_a_world_is_controlled_by_a_bridge_s_service(bench: RosBench) -> None:
     assert control()
     assert sim.state == SimulationState.STATE_PLAYING
     assert not control(seed=3)
+
+
+def test_all_requests_that_wait_are_answered_at_once_but_for_a_flood(bench: RosBench) -> None:
+    (gazebo,) = start_in(bench).kept(GazeboServices)
+    waiting: list[int] = []
+    answer = gazebo._counted(lambda request, response: waiting.pop())
+
+    def spin_once(timeout_sec: float) -> None:
+        if waiting:
+            answer(None, None)
+
+    gazebo._executor = SimpleNamespace(spin_once=spin_once)
+    for count, left in ((7, 0), (60, 10)):
+        waiting[:] = range(count)
+        gazebo._poll()
+        assert len(waiting) == left
