@@ -126,9 +126,9 @@ class Tracker:
             return None
         piece = self.pieces[0]
         if piece.direction == 0:
-            return Velocity(
-                yaw_rate=self._rate(wrap(piece.end.theta - pose.theta), velocity.yaw_rate)
-            )
+            seen = pose.inverse() @ piece.end
+            drift = self._held(seen.x, speed)
+            return Velocity(drift, yaw_rate=self._rate(seen.theta, velocity.yaw_rate))
         return self._along(piece, pose, velocity, speed)
 
     def strays(self, pose: SE2, distance: float, angle: float = math.pi) -> bool:
@@ -189,6 +189,14 @@ class Tracker:
             turn = wrap(self.pieces[1].end.theta - pose.theta)
             w = share * self._rate(turn, velocity.yaw_rate) + (1.0 - share) * w
         return Velocity(v, yaw_rate=w)
+
+    def _held(self, ahead: float, speed: float) -> float:
+        """Return the speed that brings back what a turn moves the robot along its heading."""
+        config = self._config
+        if abs(ahead) <= 2.0 * config.xy_precision:
+            return 0.0
+        fast = min(speed, braking_speed(abs(ahead), config.deceleration, 0.0))
+        return math.copysign(fast, ahead)
 
     def _rate(self, angle: float, rate: float) -> float:
         """Return the yaw rate that turns by an angle and comes to rest there.

@@ -229,3 +229,16 @@ def test_the_rest_lies_ahead_of_the_robot_as_far_as_it_is_asked_for() -> None:
     rest = tracking(turn(1.0)).rest(AT @ SE2(0.0, 0.0, 0.4), 0.0)
     assert (rest[0, 2], rest[-1, 2]) == pytest.approx((0.4, 1.0))
     assert np.abs(np.diff(rest[:, 2])).max() <= 0.1
+
+
+@pytest.mark.parametrize("drift", [-0.15, 0.0, 0.15])
+def test_a_turn_stays_where_wheels_slip_ahead(drift: float) -> None:
+    tracker, pose, velocity = tracking(turn(2.5)), AT, STILL
+    for _ in range(150):
+        if (command := tracker.compute(pose, velocity, 0.3)) is None:
+            break
+        velocity = command
+        slipped = command.x + drift * abs(command.yaw_rate)
+        pose = pose @ SE2.exp(np.array([slipped, 0.0, command.yaw_rate]) * 0.05)
+    assert not tracker.pieces
+    assert pose.distance(AT) < (0.08 if drift else 0.001)  # 0.3 m where nothing holds it
