@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 import math
 import warnings
@@ -68,6 +69,7 @@ def test_the_same_seed_brings_the_same_bytes_whatever_was_before() -> None:
 
 
 def test_environments_in_processes_bring_what_each_brings_alone() -> None:
+    gc.collect()  # in a fork, what other tests left of the middleware cannot be freed
     made = gymnasium.make_vec(ID, 2, "async", time_limit=1.0, vector_kwargs={"shared_memory": True})
     alone = [gymnasium.make(ID, time_limit=1.0) for _ in range(2)]
     try:
