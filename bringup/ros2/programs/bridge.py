@@ -44,10 +44,11 @@ _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
 class Bridged(NamedTuple):
-    """A topic under two names.
+    """A topic under two names, or a service.
 
     Attributes:
-        direction: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`.
+        direction: `GZ_TO_ROS`, `ROS_TO_GZ` or `BIDIRECTIONAL`; `SERVICE` of a service, whose name
+            is one.
     """
 
     gz: str
@@ -57,7 +58,9 @@ class Bridged(NamedTuple):
 
 
 def bridged(words: list[str]) -> Iterator[Bridged]:
-    """Yield what a bridge's arguments and its `config_file` say; services are left out.
+    """Yield what a bridge's arguments and its `config_file` say.
+
+    Of services those that the simulator answers: others are printed.
 
     Raises:
         Ros2Error: An argument or an entry is none.
@@ -71,7 +74,7 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
 
     for word in given.own:
         if (service := _SERVICE.fullmatch(word)) is not None:
-            _check_service(service["name"], service["type"])
+            yield from _service(resolved(service["name"]), service["type"])
             continue
         found = _TOPIC.fullmatch(word)
         if found is None:
@@ -84,7 +87,8 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
     for entry in (read_yaml(Path(config)) or ()) if config else ():
         names = entry if isinstance(entry, dict) else {}
         if "service_name" in names:
-            _check_service(str(names["service_name"]), str(names.get("ros_type_name")))
+            name, kind = str(names["service_name"]), str(names.get("ros_type_name"))
+            yield from _service(resolved(name), kind)
             continue
         topic = names.get("topic_name", "")
         ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
@@ -97,9 +101,11 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         yield Bridged(absolute(gz), resolved(ros), str(names["ros_type_name"]), direction)
 
 
-def _check_service(name: str, kind: str) -> None:
-    """Print that a service is not bridged, unless the simulator answers its type itself."""
-    if kind.rpartition("/")[2] not in _SERVICES:
+def _service(name: str, kind: str) -> Iterator[Bridged]:
+    """Yield a service that the simulator answers itself, by its type; print another."""
+    if kind.removeprefix("ros_gz_interfaces/srv/") in _SERVICES:
+        yield Bridged(name, name, kind, "SERVICE")
+    else:
         valid = ", ".join(_SERVICES)
         print(f"{name} is not bridged: of the types, the simulator has {valid}", flush=True)
 
@@ -160,11 +166,15 @@ class Relay:
 
 def main(words: list[str]) -> None:
     """Hand on what has two names until interrupted."""
-    waiting, relays = list(bridged(words)), list[Relay]()
+    entries, relays = list(bridged(words)), list[Relay]()
+    services = [entry for entry in entries if entry.direction == "SERVICE"]
+    waiting = [entry for entry in entries if entry not in services]
     renamed, looks = ros_arguments(words).remapped, 0
     own = [f"{name}:={new}" for name, new in renamed.items() if name.startswith("__")]
     own = [word for one in own for word in ("-r", one)]  # topics' names are resolved already
     with Client(name="ros_gz_bridge", words=["--ros-args", *own]) as client:
+        for service in services:  # the simulator has those that a client asks for
+            client.node.create_client(class_of(service.kind), service.ros)
         client.discover()
         while True:
             found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}

@@ -141,7 +141,8 @@ def test_services_of_a_bridge_are_the_simulators_and_topics_beside_them_work(
     path.write_text(f"- {{service_name: /world/w/other, ros_type_name: a/srv/Attach}}\n{CONFIG}")
     words = [f"/world/w/control@{kind}", f"/world/w/set_pose@{kind}@gz.msgs.Pose@gz.msgs.Boolean"]
     words += [f"/c@{STRING}[gz.msgs.StringMsg", "--ros-args", "-p", f"config_file:={path}"]
-    assert [topic.gz for topic in bridged(words)] == ["/c", "/scan", "/chatter"]
+    services, topics = ["/world/w/control", "/world/w/set_pose"], ["/c", "/scan", "/chatter"]
+    assert [topic.gz for topic in bridged(words)] == services + topics
     (said,) = capsys.readouterr().out.splitlines()
     assert said.startswith("/world/w/other is not bridged: of the types, the simulator has Spawn")
 
