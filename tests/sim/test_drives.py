@@ -24,6 +24,7 @@ from tests.sim import drive_cases as cases
 from tests.sim.builders import ROBOT, run, simulator, texts
 from tests.sim.drive_cases import car
 from tests.sim.generated import level
+from tests.sim.robot_files.tags import plugin, sides
 
 SIDEWAYS = {
     "mecanum": (cases.mecanum(), DriveKind.MECANUM),
@@ -418,3 +419,17 @@ def test_a_robot_turns_about_the_middle_of_its_wheels() -> None:
     assert axle_of(robot, "lidar_link") == pytest.approx(
         -robot.urdf.T_root("lidar_link").position[0]
     )
+
+
+@pytest.mark.parametrize("along", [-0.15, 0.1])
+def test_odometry_is_of_the_base_where_its_wheels_lie_before_or_behind_it(
+    tmp_path: Path, along: float
+) -> None:
+    wheels = tuple(replace(wheel, x=wheel.x + along) for wheel in cases.four())
+    drive = plugin("gz-sim-diff-drive-system", sides("front", "rear"))
+    robot = cases.Robot(wheels, drive, middle=along)
+    seen = _driven(robot, tmp_path, Velocity(yaw_rate=0.8), 2.0)
+    truth, odometry = seen.truth.pose, seen.odometry.T_odom_base
+    assert math.hypot(truth.x, truth.y) > abs(along)
+    assert (truth @ SE2(along)).distance(SE2(along)) < 0.02  # what it turns about
+    assert odometry.distance(truth) < 0.03

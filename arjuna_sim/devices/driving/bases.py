@@ -66,10 +66,12 @@ class SidesBase(Kinematics):
         sides: For each wheel and the left and the right side, +1 where the wheel is of that side
             and turning drives it forward, -1 where it drives it back, else 0, `(W, 2) float64`.
         counts: How many wheels each side has, at least 1, `(2,) float64`.
+        axle: Where along x of the base the wheels are in the mean [m]: it turns about that point.
     """
 
     sides: Floats
     counts: Floats
+    axle: float = 0.0
 
     @staticmethod
     def of(robot: RobotModel, config: DriveConfig) -> SidesBase:
@@ -79,8 +81,10 @@ class SidesBase(Kinematics):
         counts = len(drive.left), len(drive.right)
         sides = np.zeros((len(signs), 2))
         sides[np.arange(len(signs)), np.repeat((0, 1), counts)] = signs
-        ideal = kinematics_of(drive, config)
-        return SidesBase(ideal.track, ideal.radius, sides, np.maximum(counts, 1.0))
+        ideal, counted = kinematics_of(drive, config), np.maximum(counts, 1.0)
+        along = [float(center(robot.urdf, name)[0]) for name in (*drive.left, *drive.right)]
+        axle = round(sum(along) / max(len(along), 1), 4)
+        return SidesBase(ideal.track, ideal.radius, sides, counted, axle)
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its part to the left."""
@@ -90,6 +94,11 @@ class SidesBase(Kinematics):
         """Return how fast the wheels' joints turn."""
         speeds: Floats = self.sides.dot(super().speeds(velocity))
         return speeds
+
+    def motion(self, turns: Floats, angles: Floats) -> tuple[float, float, float]:
+        """Return path [m], path to the left [m] and turn [rad] for turns of the sides [rad]."""
+        path, side, turn = super().motion(turns, angles)
+        return path, side - self.axle * turn, turn
 
     def encoders(self, joints: Floats) -> Floats:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""

@@ -138,6 +138,8 @@ def test_sides_turn_as_one_as_each_wheel_is_mounted() -> None:
     assert base.motion(np.array([2.0, 4.0]), base.angles(Velocity())) == pytest.approx(
         (0.3, 0.0, 0.4)
     )
+    behind = replace(base, axle=-0.2)  # the base swings to the left about wheels behind it
+    assert behind.motion(np.array([2.0, 4.0]), np.zeros(0)) == pytest.approx((0.3, 0.08, 0.4))
     assert base.reachable(Velocity(1.0, y=3.0, yaw_rate=2.0)) == Velocity(1.0, yaw_rate=2.0)
     still = Velocity(1.0, yaw_rate=2.0)
     assert base.reachable(still) is still
