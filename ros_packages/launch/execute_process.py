@@ -122,7 +122,8 @@ class ExecuteProcess(Action):
         if context.is_shutdown:
             return None
         words = self.words(context)
-        wanted = perform_substitutions(context, self._name or os.path.basename(words[0]))  # noqa: PTH119
+        first = words[0].split(" ")[0] if self._shell else words[0]
+        wanted = perform_substitutions(context, self._name or os.path.basename(first))  # noqa: PTH119
         env = dict(context.environment)
         if self._env is not None:
             env = performed(context, self._env)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -41,13 +42,42 @@ def _include(entity: Entity) -> Action:
 
 
 def _group(entity: Entity) -> Action:
-    kept = {str(i): one for i, one in enumerate(entity.all("keep"))}
     return actions.GroupAction(
         _inside(entity, "keep"),
         scoped=entity.flag("scoped", True),
         forwarding=entity.flag("forwarding", True),
-        launch_configurations={one.texts["name"]: one.needed("value") for one in kept.values()},
+        launch_configurations=_pairs(entity, "keep"),
     )
+
+
+def _pairs(entity: Entity, tag: str) -> dict[str, Any]:
+    return {one.texts["name"]: one.needed("value") for one in entity.all(tag)}
+
+
+def _each(entity: Entity, **values: Any) -> list[Action]:
+    """Return the actions of a loop's round, with its `$(for-var NAME)` and `$(index NAME)`."""
+
+    def chosen(match: re.Match[str]) -> str:
+        return str(values.get(match[1], match[0] if match[2] is None else match[2]))
+
+    def filled(one: Entity) -> Entity:
+        texts = {key: _ITEM.sub(chosen, text) for key, text in one.texts.items()}
+        return Entity(one.tag, texts, [filled(child) for child in one.children])
+
+    return _inside(filled(entity))
+
+
+_ITEM = re.compile(r"\$\((?:for-var|index)\s+(\w+)(?:\s+([^()]*))?\)")
+
+
+def _loop(entity: Entity) -> Action:
+    name = entity.texts.get("name", "i")
+    return actions.ForLoop(entity.needed("len"), function=lambda i: _each(entity, **{name: i}))
+
+
+def _for_each(entity: Entity) -> Action:
+    given = entity.needed("values", "iter")
+    return actions.ForEach(given, function=lambda **values: _each(entity, **values))
 
 
 def of_process(entity: Entity) -> dict[str, Any]:
@@ -65,7 +95,7 @@ def of_process(entity: Entity) -> dict[str, Any]:
         found["respawn_delay"] = float(entity.texts["respawn_delay"])
     if entity.texts.get("on_exit") == "shutdown":
         found["on_exit"] = actions.Shutdown()
-    variables = {"".join(e.texts["name"]): e.needed("value") for e in entity.all("env")}
+    variables = _pairs(entity, "env")
     return {**found, **({"additional_env": variables} if variables else {})}
 
 
@@ -90,12 +120,20 @@ TAGS |= {
     "append_env": _environment(actions.AppendEnvironmentVariable),
     "arg": _argument,
     "executable": _executable,
+    "for": _loop,
+    "for_each": _for_each,
     "group": _group,
     "include": _include,
     "let": _let,
     "log": lambda e: actions.LogInfo(msg=e.needed("message")),
+    "pop_env": lambda e: actions.PopEnvironment(),
+    "push_env": lambda e: actions.PushEnvironment(),
+    "rep_env": lambda e: actions.ReplaceEnvironmentVariables(_pairs(e, "env")),
+    "reset": lambda e: actions.ResetLaunchConfigurations(_pairs(e, "keep")),
+    "reset_env": lambda e: actions.ResetEnvironment(),
     "set_env": _environment(actions.SetEnvironmentVariable),
     "shutdown": lambda e: actions.Shutdown(reason=e.texts.get("reason", "reason not given")),
     "timer": lambda e: actions.TimerAction(period=e.needed("period"), actions=_inside(e)),
+    "unlet": lambda e: actions.UnsetLaunchConfiguration(e.needed("name")),
     "unset_env": lambda e: actions.UnsetEnvironmentVariable(e.needed("name")),
 }

@@ -75,7 +75,10 @@ def _composable(entity: Entity) -> list[ComposableNode]:
 
 
 def _value(entity: Entity) -> ParameterValue:
-    return ParameterValue(entity.needed("value"), value_type=entity.texts.get("type"))
+    value = entity.needed("value")
+    if separator := entity.texts.get("value-sep", entity.texts.get("value_sep")):
+        value = parse_substitution(f"[{entity.texts['value'].replace(separator, ', ')}]")
+    return ParameterValue(value, value_type=entity.texts.get("type"))
 
 
 def _nodes_of(kind: Any) -> Callable[[Entity], Action]:
@@ -88,8 +91,10 @@ TAGS |= {
     "node_container": _nodes_of(actions.ComposableNodeContainer),
     "load_composable_node": _nodes_of(actions.LoadComposableNodes),
     "push_ros_namespace": lambda e: actions.PushRosNamespace(e.needed("namespace", "ns")),
+    "ros_timer": TAGS["timer"],
     "set_parameter": lambda e: actions.SetParameter(e.needed("name"), _value(e)),
     "set_parameters_from_file": lambda e: actions.SetParametersFromFile(e.needed("filename")),
+    "set_ros_log_dir": lambda e: actions.SetROSLogDir(e.needed("new_log_dir", "path")),
     "set_remap": lambda e: actions.SetRemap(e.needed("from"), e.needed("to")),
     "set_use_sim_time": lambda e: actions.SetUseSimTime(_value(e)),
 }
