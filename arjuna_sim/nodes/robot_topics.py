@@ -110,6 +110,7 @@ class RobotTopics:
         drive: The drive, with its topics.
         is_fused: Whether odometry is left to the filter of wheels and gyro.
         fused_topic: On which the filter publishes it.
+        shared: Whether transforms go to all robots' topic too.
     """
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
@@ -123,8 +124,8 @@ class RobotTopics:
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = _base_frame(robot) if config.frames_of_file else robot.urdf.root
-        shared = self._base != robot.urdf.root
-        self._tf_out = TransformPublisher(node, "/tf", qos.TF, shared)
+        self.shared = self._base != robot.urdf.root
+        self._tf_out = TransformPublisher(node, "/tf", qos.TF, self.shared)
         self._truth = config.publish_ground_truth
         self._truth_out: Any = None
         _check_topics(robot.urdf.path, self.drive, self.settings)

@@ -78,6 +78,7 @@ class CMakeLists:
     is_interfaces: bool = False
     tests: list[Test] = field(default_factory=list)
     compiled_tests: list[str] = field(default_factory=list)
+    _conditions: int = 0  # that the call stands in
 
     def follow(self, calls: Sequence[tuple[str, str]]) -> None:
         """Take calls, with their arguments as texts, one after the other."""
@@ -86,6 +87,7 @@ class CMakeLists:
             name, text = calls[at]
             words = expanded(text, self.values)
             at += 1
+            self._conditions += (name == "if") - (name == "endif")
             if name == "foreach":
                 end = next((i for i in range(at, len(calls)) if calls[i][0] == "endforeach"), at)
                 for value in self._items_of(words[1:]):
@@ -187,7 +189,7 @@ class CMakeLists:
     ) -> None:
         """Take a file, or the files of a folder one by one: who looks through it follows links."""
         source = self.folder / name
-        if not source.exists() and not is_optional:
+        if not source.exists() and not is_optional and not self._conditions:
             self.missing.append(source)
         if source.is_file():
             self.items.append(Item(source, target, is_program))
