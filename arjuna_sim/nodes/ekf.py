@@ -38,15 +38,10 @@ class EkfConfig(FusedOdometryConfig):
 
 
 class EkfNode(ManagedNode):
-    """Publishes odometry and its transform as wheels and gyro come; silent without wheels.
-
-    Attributes:
-        shared: Whether its transform goes to all robots' topic too.
-    """
+    """Publishes odometry and its transform as wheels and gyro come; silent without wheels."""
 
     Config = EkfConfig
     DEFAULT_NAME = "ekf_filter_node"
-    shared = False
 
     def configure(self) -> None:
         """Build the filter and create the topics.
@@ -57,7 +52,7 @@ class EkfNode(ManagedNode):
         config: EkfConfig = self.config
         self._check_inputs()
         self._begin()
-        self._tf_out = TransformPublisher(self, "/tf", qos.TF, self.shared)
+        self._tf_out = TransformPublisher(self, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
         self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)

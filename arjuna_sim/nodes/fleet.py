@@ -92,9 +92,7 @@ class RobotNodes:
         imu = topics.settings.first(ImuSettings)
         if topics.is_fused and imu is not None:
             given = {"imu0": imu.topic, "odom_topic": topics.fused_topic}
-            ekf = EkfNode(self._process, given)
-            ekf.shared = topics.shared
-            self._nodes.append(ekf)
+            self._nodes.append(EkfNode(self._process, given))
             self._run("configure", self._nodes[-1:])
 
     @property

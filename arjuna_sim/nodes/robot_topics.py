@@ -110,7 +110,6 @@ class RobotTopics:
         drive: The drive, with its topics.
         is_fused: Whether odometry is left to the filter of wheels and gyro.
         fused_topic: On which the filter publishes it.
-        shared: Whether transforms go to all robots' topic too.
     """
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
@@ -124,8 +123,7 @@ class RobotTopics:
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = _base_frame(robot) if config.frames_of_file else robot.urdf.root
-        self.shared = self._base != robot.urdf.root
-        self._tf_out = TransformPublisher(node, "/tf", qos.TF, self.shared)
+        self._tf_out = TransformPublisher(node, "/tf", qos.TF)
         self._truth = config.publish_ground_truth
         self._truth_out: Any = None
         _check_topics(robot.urdf.path, self.drive, self.settings)
