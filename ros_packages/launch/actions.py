@@ -134,15 +134,6 @@ class ResetEnvironment(Action):
         context.replace_environment(context.first)
 
 
-class ReplaceEnvironmentVariables(_Doing):
-    """Makes the environment these variables and no others."""
-
-    def __init__(
-        self, environment: Mapping[Any, SomeSubstitutionsType] | None = None, **kwargs: Any
-    ) -> None:
-        super().__init__(lambda c: c.replace_environment(performed(c, environment or {})), **kwargs)
-
-
 class ResetLaunchConfigurations(Action):
     """Drops all configurations but those given, whose values are taken before."""
 

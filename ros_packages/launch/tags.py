@@ -128,7 +128,6 @@ TAGS |= {
     "log": lambda e: actions.LogInfo(msg=e.needed("message")),
     "pop_env": lambda e: actions.PopEnvironment(),
     "push_env": lambda e: actions.PushEnvironment(),
-    "rep_env": lambda e: actions.ReplaceEnvironmentVariables(_pairs(e, "env")),
     "reset": lambda e: actions.ResetLaunchConfigurations(_pairs(e, "keep")),
     "reset_env": lambda e: actions.ResetEnvironment(),
     "set_env": _environment(actions.SetEnvironmentVariable),

@@ -265,8 +265,7 @@ _FILES = {
     <log message="$(for-var name) $(for-var id none)"/></for_each>
   <for len="2" name="n"><log message="round $(index n)"/></for>
   <push_env/><set_env name="OWN" value="set"/>
-  <rep_env><env name="OWN" value="$(env OWN) new"/></rep_env>
-  <log message="[$(env OWN)] [$(env HOME none)]"/><pop_env/><log message="[$(env OWN none)]"/>
+  <log message="[$(env OWN)]"/><pop_env/><log message="[$(env OWN none)]"/>
   <let name="a" value="1"/><unlet name="a"/><log message="a is $(var a gone)"/>
   <log message="$(dirname)"/><executable cmd="bash -c 'echo a/b'" output="screen"/>
 </launch>""",
@@ -276,8 +275,7 @@ _FILES = {
 - for: {len: 2, name: n, children: [{log: {message: round $(index n)}}]}
 - push_env: {}
 - set_env: {name: OWN, value: set}
-- rep_env: {env: [{name: OWN, value: $(env OWN) new}]}
-- log: {message: "[$(env OWN)] [$(env HOME none)]"}
+- log: {message: "[$(env OWN)]"}
 - pop_env: {}
 - log: {message: "[$(env OWN none)]"}
 - let: {name: a, value: 1}
@@ -298,7 +296,7 @@ def test_files_of_xml_and_yaml_have_loops_and_environments(
     code, printed = launched(IncludeLaunchDescription(name))
     said = [line.split("]: ", 1)[1] for line in printed.splitlines() if " [user]: " in line]
     loops = ["r1 1", "r2 none", "round 0", "round 1"]
-    assert said == [*loops, "[set new] [none]", "[none]", "a is gone", str(tmp_path)]
+    assert said == [*loops, "[set]", "[none]", "a is gone", str(tmp_path)]
     assert (code, "[bash-" in printed) == (0, True)
 
 
