@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable
 from typing import Any
 
@@ -54,32 +53,6 @@ def _pairs(entity: Entity, tag: str) -> dict[str, Any]:
     return {one.texts["name"]: one.needed("value") for one in entity.all(tag)}
 
 
-def _each(entity: Entity, **values: Any) -> list[Action]:
-    """Return the actions of a loop's round, with its `$(for-var NAME)` and `$(index NAME)`."""
-
-    def chosen(match: re.Match[str]) -> str:
-        return str(values.get(match[1], match[0] if match[2] is None else match[2]))
-
-    def filled(one: Entity) -> Entity:
-        texts = {key: _ITEM.sub(chosen, text) for key, text in one.texts.items()}
-        return Entity(one.tag, texts, [filled(child) for child in one.children])
-
-    return _inside(filled(entity))
-
-
-_ITEM = re.compile(r"\$\((?:for-var|index)\s+(\w+)(?:\s+([^()]*))?\)")
-
-
-def _loop(entity: Entity) -> Action:
-    name = entity.texts.get("name", "i")
-    return actions.ForLoop(entity.needed("len"), function=lambda i: _each(entity, **{name: i}))
-
-
-def _for_each(entity: Entity) -> Action:
-    given = entity.needed("values", "iter")
-    return actions.ForEach(given, function=lambda **values: _each(entity, **values))
-
-
 def of_process(entity: Entity) -> dict[str, Any]:
     """Return what a process and a node have in common."""
     usual = {
@@ -120,8 +93,6 @@ TAGS |= {
     "append_env": _environment(actions.AppendEnvironmentVariable),
     "arg": _argument,
     "executable": _executable,
-    "for": _loop,
-    "for_each": _for_each,
     "group": _group,
     "include": _include,
     "let": _let,

@@ -261,18 +261,12 @@ def test_functions_and_coroutines_get_the_context(launched: Launch) -> None:
 
 _FILES = {
     "a.launch.xml": """<launch>
-  <for_each values="{name: r1, id: 1};{name: r2}">
-    <log message="$(for-var name) $(for-var id none)"/></for_each>
-  <for len="2" name="n"><log message="round $(index n)"/></for>
   <push_env/><set_env name="OWN" value="set"/>
   <log message="[$(env OWN)]"/><pop_env/><log message="[$(env OWN none)]"/>
   <let name="a" value="1"/><unlet name="a"/><log message="a is $(var a gone)"/>
   <log message="$(dirname)"/><executable cmd="bash -c 'echo a/b'" output="screen"/>
 </launch>""",
     "a.launch.yaml": """launch:
-- for_each: {values: "{name: r1, id: 1};{name: r2}", children: [
-    {log: {message: "$(for-var name) $(for-var id none)"}}]}
-- for: {len: 2, name: n, children: [{log: {message: round $(index n)}}]}
 - push_env: {}
 - set_env: {name: OWN, value: set}
 - log: {message: "[$(env OWN)]"}
@@ -288,15 +282,14 @@ _FILES = {
 
 
 @pytest.mark.parametrize("name", _FILES)
-def test_files_of_xml_and_yaml_have_loops_and_environments(
+def test_files_of_xml_and_yaml_keep_and_drop_settings(
     name: str, tmp_path: Path, launched: Launch, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     (tmp_path / name).write_text(_FILES[name])
     monkeypatch.chdir(tmp_path)
     code, printed = launched(IncludeLaunchDescription(name))
     said = [line.split("]: ", 1)[1] for line in printed.splitlines() if " [user]: " in line]
-    loops = ["r1 1", "r2 none", "round 0", "round 1"]
-    assert said == [*loops, "[set]", "[none]", "a is gone", str(tmp_path)]
+    assert said == ["[set]", "[none]", "a is gone", str(tmp_path)]
     assert (code, "[bash-" in printed) == (0, True)
 
 
