@@ -18,8 +18,8 @@ from arjuna_core.files.input_file import read_text
 _CALL = re.compile(r'^[ \t]*(\w+)\s*\(((?:"(?:[^"\\]|\\.)*"|[^()"]|\([^()]*\))*)\)', re.MULTILINE)
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
 _HOOK = re.compile(
-    r'^(?:prepend[\w-]*;|ament_prepend_unique_value )(\w+)[; ]"?(?:\$\{?AMENT_CURRENT_PREFIX\}?/)?'
-    r'([^"\n]*)',
+    r'^(?:prepend[\w-]*;|ament_prepend_unique_value )(\w+)[; ]"?'
+    r'(?:(?:\$\{?AMENT_CURRENT_PREFIX\}?|@CMAKE_INSTALL_PREFIX@)/)?([^"\n]*)',
     re.MULTILINE,
 )
 _COMPILED = ("add_executable", "add_library", "pybind11_add_module")

@@ -159,8 +159,9 @@ def test_a_package_of_data_is_built_from_its_cmake_file(
 
 def test_a_package_s_environment_hooks_are_sourced(source: Path) -> None:
     folder = _manifest(source, "my_worlds", "ament_cmake")
+    models = "@CMAKE_INSTALL_PREFIX@/share/@PROJECT_NAME@/models"
     hooks = {
-        "hooks/one.dsv.in": "prepend;GZ_SIM_RESOURCE_PATH;share/@PROJECT_NAME@/models\n",
+        "hooks/one.dsv.in": f"prepend-non-duplicate;GZ_SIM_RESOURCE_PATH;{models}\n",
         "hooks/two.sh": 'ament_prepend_unique_value OWN_PATH "$AMENT_CURRENT_PREFIX/share"\n',
     }
     named = "".join(f'ament_environment_hooks("${{PROJECT_SOURCE_DIR}}/{n}")\n' for n in hooks)
