@@ -19,7 +19,7 @@ from nav2_msgs.action import Wait
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.errors import ConfigError
+from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.ros import context, qos
 from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.convert import time_msg, transform_msg
@@ -123,6 +123,11 @@ def test_what_waits_is_run_without_waiting_for_what_it_queues(bench: RosBench) -
     bench.process.executor.create_task(again)
     bench.process.run_waiting()
     assert runs == [0]
+
+
+def test_words_that_ros_cannot_read_are_named() -> None:
+    with pytest.raises(ArjunaError, match="__node:=a.b"):
+        new_context(words=["--ros-args", "-r", "__node:=a.b"])
 
 
 def test_an_absolute_name_is_below_the_robots_namespace() -> None:
