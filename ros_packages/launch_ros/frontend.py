@@ -91,10 +91,8 @@ TAGS |= {
     "node_container": _nodes_of(actions.ComposableNodeContainer),
     "load_composable_node": _nodes_of(actions.LoadComposableNodes),
     "push_ros_namespace": lambda e: actions.PushRosNamespace(e.needed("namespace", "ns")),
-    "ros_timer": TAGS["timer"],
     "set_parameter": lambda e: actions.SetParameter(e.needed("name"), _value(e)),
     "set_parameters_from_file": lambda e: actions.SetParametersFromFile(e.needed("filename")),
-    "set_ros_log_dir": lambda e: actions.SetROSLogDir(e.needed("new_log_dir", "path")),
     "set_remap": lambda e: actions.SetRemap(e.needed("from"), e.needed("to")),
     "set_use_sim_time": lambda e: actions.SetUseSimTime(_value(e)),
 }

@@ -126,7 +126,7 @@ def test_what_waits_is_run_without_waiting_for_what_it_queues(bench: RosBench) -
 
 
 def test_words_that_ros_cannot_read_are_named() -> None:
-    with pytest.raises(ArjunaError, match="__node:=a.b"):
+    with pytest.raises(ArjunaError, match=r"__node:=a\.b"):
         new_context(words=["--ros-args", "-r", "__node:=a.b"])
 
 
