@@ -14,6 +14,7 @@ from typing import Any
 import rclpy
 from rclpy.context import Context
 
+from arjuna_core.errors import ArjunaError
 from arjuna_core.ros.shared_memory import remove_leftovers
 
 _PROFILES = "FASTRTPS_DEFAULT_PROFILES_FILE"
@@ -58,6 +59,9 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
         domain_id: The domain; the environment's if None.
         words: Those that ROS reads its arguments from; the program's behind `--ros-args` if None:
             its own `NAME:=VALUE` are no remappings.
+
+    Raises:
+        ArjunaError: ROS cannot read them.
     """
     add_environment_to_ament_index()
     gc.set_threshold(*_COLLECT)
@@ -70,7 +74,10 @@ def new_context(domain_id: int | None = None, words: list[str] | None = None) ->
     context = Context()
     if words is None:
         words = sys.argv[sys.argv.index(_FOR_ROS) :] if _FOR_ROS in sys.argv else []
-    rclpy.init(args=words, context=context, domain_id=domain_id)
+    try:
+        rclpy.init(args=words, context=context, domain_id=domain_id)
+    except RuntimeError as error:  # rcl's, of words that it cannot read
+        raise ArjunaError(str(error)) from error
     return context
 
 

@@ -127,7 +127,7 @@ class Process:
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
-        TransformListener(self.node, self.transforms, lambda: self.now)
+        TransformListener(self.node, self.transforms, lambda: self.now, self.namespace)
         if use_sim_time:
             self.node.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         else:

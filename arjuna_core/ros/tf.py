@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from geometry_msgs.msg import TransformStamped
@@ -35,57 +36,68 @@ def transforms_msg(*transforms: TransformStamped) -> TFMessage:
 
 
 class TransformPublisher:
-    """Publishes transforms below the robot's namespace.
+    """Publishes transforms below the robot's namespace, those of its own names to all robots too.
 
     Args:
         node: Has a `publisher`, a `process` and a `keep`, as a managed one.
-        shared: Whether they go to all robots' topic too, for their frames are this robot's by name.
     """
 
-    def __init__(self, node: Any, topic: str, profile: Any, shared: bool) -> None:
-        self._out = [node.publisher(TFMessage, topic, profile)]
-        if shared and node.process.absolute(topic) != topic:
-            self._out.append(node.keep(node.create_publisher(TFMessage, topic, profile)))
+    def __init__(self, node: Any, topic: str, profile: Any) -> None:
+        self._out = node.publisher(TFMessage, topic, profile)
+        self._shared: Any = None
+        self._namespace = node.process.namespace
+        self._share = lambda: node.keep(node.create_publisher(TFMessage, topic, profile))
 
     def publish(self, message: TFMessage) -> None:
         """Publish a message of /tf or /tf_static."""
-        for out in self._out:
-            out.publish(message)
+        self._out.publish(message)
+        if self._namespace and any(_is_own(t, self._namespace) for t in message.transforms):
+            self._shared = self._shared or self._share()
+            self._shared.publish(message)
+
+
+def _is_own(transform: TransformStamped, namespace: str) -> bool:
+    """Return whether a transform's frame is one robot's by name, as `r1/odom`, or `r1_odom`."""
+    frame = transform.child_frame_id.lstrip("/")
+    return "/" in frame or frame.startswith(f"{namespace}_")
 
 
 class TransformListener:
     """Feeds a buffer from tf and tf_static of a node's namespace, which is the robot's.
+
+    Below a namespace those of all robots count too, where their frames are one's by name.
 
     Transforms that cannot be used, or contradict living frames or the clock, are refused and
     counted, each by itself.
 
     Args:
         now: Returns the time [s]; None for the node's clock.
+        namespace: The robot's.
     """
 
     def __init__(
-        self, node: GuardedNode, buffer: TransformBuffer, now: Callable[[], float] | None = None
+        self,
+        node: GuardedNode,
+        buffer: TransformBuffer,
+        now: Callable[[], float] | None = None,
+        namespace: str = "",
     ) -> None:
         self._node = node
         self._buffer = buffer
         self._transport = getattr(node, "transport", None)
         self._guard = getattr(node, "guard", None)  # a client's plain node has none
         self._now = now or (lambda: node.get_clock().now().nanoseconds / NANOSECONDS)
-        node.create_subscription(TFMessage, "tf", self._on_moving, qos.TF)
-        node.create_subscription(
-            TFMessage, "tf_static", self._on_static, qos.TF_STATIC_SUBSCRIPTION
-        )
+        for root in ("", "/") if namespace else ("",):
+            for topic, profile in (("tf", qos.TF), ("tf_static", qos.TF_STATIC_SUBSCRIPTION)):
+                take = partial(self._insert, static=topic != "tf", named=root and namespace)
+                node.create_subscription(TFMessage, root + topic, take, profile)
 
-    def _on_moving(self, message: Any) -> None:
-        self._insert(message, static=False)
-
-    def _on_static(self, message: Any) -> None:
-        self._insert(message, static=True)
-
-    def _insert(self, message: Any, static: bool) -> None:
+    def _insert(self, message: Any, static: bool, named: str) -> None:
         trusted = self._transport is not None and self._transport.trusted
         now = self._now()
         for item in message.transforms:
+            if named and not _is_own(item, named):
+                continue
             parent, child = item.header.frame_id.lstrip("/"), item.child_frame_id.lstrip("/")
             stamp = seconds(item.header.stamp)
             problem = None if trusted else transform_problem(item)

@@ -7,14 +7,13 @@ from typing import Any
 
 from nav_msgs.msg import Odometry
 from sensor_msgs.msg import Imu
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import TransformError, transforms_msg
+from arjuna_core.ros.tf import TransformError, TransformPublisher, transforms_msg
 from arjuna_sim.devices.ekf import FusedOdometry, FusedOdometryConfig
 from arjuna_sim.devices.odometry import OdometryEstimate
 from arjuna_sim.model.settings import WHEEL_ODOMETRY
@@ -53,7 +52,7 @@ class EkfNode(ManagedNode):
         config: EkfConfig = self.config
         self._check_inputs()
         self._begin()
-        self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
+        self._tf_out = TransformPublisher(self, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self.subscribe(Odometry, config.odom0, self._on_wheels, qos.DEFAULT)
         self.subscribe(Imu, config.imu0, self._on_imu, qos.SENSOR_SUBSCRIPTION)

@@ -62,9 +62,8 @@ class RobotStatePublisherNode(ManagedNode):
         """Load the robot and create the topics."""
         self._load(self.config)
         self._description = self.publisher(String, "robot_description", qos.LATCHED)
-        shared = bool(self.config.frame_prefix)
-        self._static = TransformPublisher(self, "/tf_static", qos.TF_STATIC, shared)
-        self._moving = TransformPublisher(self, "/tf", qos.TF, shared)
+        self._static = TransformPublisher(self, "/tf_static", qos.TF_STATIC)
+        self._moving = TransformPublisher(self, "/tf", qos.TF)
         self._due = Periodic(1.0 / self.config.publish_frequency)
         self.subscribe(JointState, "joint_states", self._on_joints, qos.DEFAULT)
 

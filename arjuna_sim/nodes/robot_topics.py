@@ -123,8 +123,7 @@ class RobotTopics:
         if self.is_fused:
             self.drive = wheels_alone(self.drive)
         self._base = _base_frame(robot) if config.frames_of_file else robot.urdf.root
-        shared = self._base != robot.urdf.root
-        self._tf_out = TransformPublisher(node, "/tf", qos.TF, shared)
+        self._tf_out = TransformPublisher(node, "/tf", qos.TF)
         self._truth = config.publish_ground_truth
         self._truth_out: Any = None
         _check_topics(robot.urdf.path, self.drive, self.settings)

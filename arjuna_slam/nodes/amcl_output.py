@@ -8,12 +8,11 @@ from arjuna_interfaces.msg import LocalizationQuality
 from geometry_msgs.msg import PoseWithCovariance, PoseWithCovarianceStamped
 from nav2_msgs.msg import Particle, ParticleCloud
 from rclpy.parameter import Parameter
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import transforms_msg
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.belief import Belief
 from arjuna_slam.amcl.estimate import Estimate, Status
@@ -31,7 +30,7 @@ class AmclOutput:
         self._quality = node.publisher(
             LocalizationQuality, "amcl/localization_quality", qos.LATCHED
         )
-        self._tf = node.publisher(TFMessage, "/tf", qos.TF)
+        self._tf = TransformPublisher(node, "/tf", qos.TF)
 
     def restart(self) -> None:
         """Forget what was broadcast, after the clock was set back."""

@@ -10,13 +10,12 @@ from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
 from std_msgs.msg import ColorRGBA, Float64
-from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, planar_covariance, pose_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.tf import transforms_msg
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.pose_graph import EdgeKind, PoseGraph
 from arjuna_slam.matching.scan_matcher import MatchStatus
@@ -63,7 +62,7 @@ class SlamOutput:
         self._pose = node.publisher(PoseWithCovarianceStamped, "pose", qos.DEFAULT)
         self._entropy = node.publisher(Float64, "entropy", qos.DEFAULT)
         self._graph = node.publisher(MarkerArray, "slam_toolbox/graph_visualization", qos.LATEST)
-        self._tf = node.publisher(TFMessage, "/tf", qos.TF)
+        self._tf = TransformPublisher(node, "/tf", qos.TF)
         self.restart(slam)
 
     def restart(self, slam: PoseTracker) -> None:

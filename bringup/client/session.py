@@ -195,14 +195,15 @@ class Connection(Session):
         use_sim_time: bool = False,
         executor: type[Executor] = EventsExecutor,
         words: list[str] | None = None,
+        parameter_services: bool = False,
     ) -> None:
         self._context = new_context(words=words)
         self.client = Node(
             name,
             context=self._context,
             namespace=namespace,
-            start_parameter_services=False,
-            parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
+            start_parameter_services=parameter_services,
+            parameter_overrides=[Parameter("use_sim_time", value=True)] if use_sim_time else [],
         )
         self._executor = executor(context=self._context)
         self._executor.add_node(self.client)

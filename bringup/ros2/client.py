@@ -45,7 +45,13 @@ class Client(Connection):
     ) -> None:
         use_sim_time = bool(getattr(arguments, "use_sim_time", False))
         name = name or f"_ros2cli_{os.getpid()}"
-        super().__init__(name, use_sim_time=use_sim_time, executor=executor, words=words)
+        super().__init__(
+            name,
+            use_sim_time=use_sim_time,
+            executor=executor,
+            words=words,
+            parameter_services=arguments is None,  # a program's, whose node others look at
+        )
         self.node = self.client
         self._limit = getattr(arguments, "spin_time", None)
 

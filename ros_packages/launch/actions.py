@@ -131,7 +131,7 @@ class ResetEnvironment(Action):
     """Takes the environment back that launching began with."""
 
     def execute(self, context: LaunchContext) -> None:
-        context.reset_environment()
+        context.replace_environment(context.first)
 
 
 class ResetLaunchConfigurations(Action):
@@ -223,7 +223,7 @@ class IncludeLaunchDescription(Action):
                     f"[{', '.join(sorted(names))}]"
                 )
         locals_ = context.get_locals_as_dict()
-        path = Path(self.launch_description_source.location)
+        path = Path(self.launch_description_source.location).absolute()
         here = {"current_launch_file_path": path, "current_launch_file_directory": path.parent}
         back = {name: locals_.get(name) for name in here}
         return [

@@ -122,13 +122,13 @@ class ExecuteProcess(Action):
         if context.is_shutdown:
             return None
         words = self.words(context)
-        wanted = perform_substitutions(context, self._name or os.path.basename(words[0]))  # noqa: PTH119
+        wanted = perform_substitutions(context, self._name or words[0])
         env = dict(context.environment)
         if self._env is not None:
             env = performed(context, self._env)
         env |= performed(context, self._additional)
         cwd = None if self._cwd is None else perform_substitutions(context, self._cwd)
-        name = f"{wanted.split(' ')[0]}-{next(_NUMBERS)}"
+        name = f"{Path(wanted.split(' ')[0]).name}-{next(_NUMBERS)}"
         self.process_details = {"name": name, "cmd": words, "cwd": cwd, "env": env}
         respawn = self._respawn
         if not isinstance(respawn, bool):

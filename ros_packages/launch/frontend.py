@@ -11,6 +11,8 @@ from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element as XmlElement  # a type alone
 
+import yaml
+
 from arjuna_core.errors import nearest
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.xml_text import parse_xml
@@ -145,6 +147,8 @@ def _of_yaml(tag: str, value: Any) -> Entity:
         for key, below in item.items():
             if isinstance(below, str | int | float):
                 found.texts[key] = str(below).lower() if isinstance(below, bool) else str(below)
+            elif isinstance(below, list) and not any(isinstance(each, Mapping) for each in below):
+                found.texts[key] = yaml.safe_dump(below, default_flow_style=True, width=_LARGEST)
             elif key == "children":
                 found.children += _of_yaml(tag, below).children
             elif isinstance(below, list) and tag != "launch" and key not in _CONTAINERS:

@@ -114,17 +114,16 @@ class LaunchContext:
     def pop_launch_configurations(self) -> None:
         self.launch_configurations = self._saved_configurations.pop()
 
-    def reset_environment(self) -> None:
-        """Take the environment back that launching began with."""
+    def replace_environment(self, variables: Mapping[str, str]) -> None:
+        """Make the environment these variables and no others."""
         os.environ.clear()
-        os.environ.update(self.first)
+        os.environ.update(variables)
 
     def push_environment(self) -> None:
         self._saved_environments.append(dict(os.environ))
 
     def pop_environment(self) -> None:
-        os.environ.clear()
-        os.environ.update(self._saved_environments.pop())
+        self.replace_environment(self._saved_environments.pop())
 
     def within(self, configurations: Mapping[str, Any], visit: Callable[[], Any]) -> None:
         """Visit with configurations of an earlier time over those of now; new ones stay."""

@@ -100,7 +100,9 @@ class LaunchService:
         if number == signal.SIGINT:
             get_logger("launch").warning("user interrupted with ctrl-c (SIGINT)")
         name = signal.Signals(number).name
-        self.emit_event(Shutdown(reason=f"signal {name}", due_to_sigint=number == signal.SIGINT))
+        interrupted = number == signal.SIGINT
+        reason = "ctrl-c (SIGINT)" if interrupted else f"signal {name}"
+        self.emit_event(Shutdown(reason=reason, due_to_sigint=interrupted))
 
     def _handle(self, event: Event) -> None:
         context = self.context

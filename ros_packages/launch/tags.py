@@ -41,13 +41,16 @@ def _include(entity: Entity) -> Action:
 
 
 def _group(entity: Entity) -> Action:
-    kept = {str(i): one for i, one in enumerate(entity.all("keep"))}
     return actions.GroupAction(
         _inside(entity, "keep"),
         scoped=entity.flag("scoped", True),
         forwarding=entity.flag("forwarding", True),
-        launch_configurations={one.texts["name"]: one.needed("value") for one in kept.values()},
+        launch_configurations=_pairs(entity, "keep"),
     )
+
+
+def _pairs(entity: Entity, tag: str) -> dict[str, Any]:
+    return {one.texts["name"]: one.needed("value") for one in entity.all(tag)}
 
 
 def of_process(entity: Entity) -> dict[str, Any]:
@@ -65,7 +68,7 @@ def of_process(entity: Entity) -> dict[str, Any]:
         found["respawn_delay"] = float(entity.texts["respawn_delay"])
     if entity.texts.get("on_exit") == "shutdown":
         found["on_exit"] = actions.Shutdown()
-    variables = {"".join(e.texts["name"]): e.needed("value") for e in entity.all("env")}
+    variables = _pairs(entity, "env")
     return {**found, **({"additional_env": variables} if variables else {})}
 
 
@@ -94,8 +97,13 @@ TAGS |= {
     "include": _include,
     "let": _let,
     "log": lambda e: actions.LogInfo(msg=e.needed("message")),
+    "pop_env": lambda e: actions.PopEnvironment(),
+    "push_env": lambda e: actions.PushEnvironment(),
+    "reset": lambda e: actions.ResetLaunchConfigurations(_pairs(e, "keep")),
+    "reset_env": lambda e: actions.ResetEnvironment(),
     "set_env": _environment(actions.SetEnvironmentVariable),
     "shutdown": lambda e: actions.Shutdown(reason=e.texts.get("reason", "reason not given")),
     "timer": lambda e: actions.TimerAction(period=e.needed("period"), actions=_inside(e)),
+    "unlet": lambda e: actions.UnsetLaunchConfiguration(e.needed("name")),
     "unset_env": lambda e: actions.UnsetEnvironmentVariable(e.needed("name")),
 }

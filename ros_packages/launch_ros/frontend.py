@@ -75,7 +75,10 @@ def _composable(entity: Entity) -> list[ComposableNode]:
 
 
 def _value(entity: Entity) -> ParameterValue:
-    return ParameterValue(entity.needed("value"), value_type=entity.texts.get("type"))
+    value = entity.needed("value")
+    if separator := entity.texts.get("value-sep", entity.texts.get("value_sep")):
+        value = parse_substitution(f"[{entity.texts['value'].replace(separator, ', ')}]")
+    return ParameterValue(value, value_type=entity.texts.get("type"))
 
 
 def _nodes_of(kind: Any) -> Callable[[Entity], Action]:

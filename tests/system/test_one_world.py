@@ -21,6 +21,7 @@ from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, WORLD_GROUP
 from tests.helpers.robots import ON_MAP, REACHED, owners, to_pose
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
+_OF_ALL = ("/rosout", "/parameter_events", "/tf", "/tf_static")
 STARTS = {"red": SE2(-1.0, 0.0, 0.0), "blue": SE2(1.0, 2.0, 3.14)}
 GOALS = {"red": SE2(0.5, -1.0, -0.5), "blue": SE2(-0.5, 2.0, 3.0)}
 TIMEOUT = 30.0
@@ -95,7 +96,7 @@ def _check_graph(world: LockStep) -> None:
         if owner in STARTS:
             assert owners(client, topic) == {owner}, f"{topic} is shared"
         else:
-            assert topic in ("/rosout", "/parameter_events") or owners(client, topic) == {""}, topic
+            assert topic in _OF_ALL or owners(client, topic) == {""}, topic
 
 
 def test_one_seed_gives_one_run() -> None:

@@ -17,7 +17,7 @@ from tests.helpers.robots import ON_MAP, REACHED, owners, to_pose, truth
 
 pytestmark = [pytest.mark.ros, pytest.mark.system]
 GOALS = {"robot1": SE2(0.8, 0.5, 0.5), "robot2": SE2(-0.6, -0.6, 0.0)}
-OF_ROS = {"/rosout", "/parameter_events"}
+OF_ROS = {"/rosout", "/parameter_events", "/tf", "/tf_static"}
 
 
 @pytest.fixture

@@ -19,7 +19,6 @@ from rclpy.qos import QoSProfile, ReliabilityPolicy
 from robot_localization.srv import GetState, SetPose, ToggleFilterProcessing
 from sensor_msgs.msg import Imu
 from std_srvs.srv import Empty
-from tf2_msgs.msg import TFMessage
 
 from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import ORIGIN, Pose3
@@ -27,7 +26,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.silence import Silence, SilenceWatch
-from arjuna_core.ros.tf import transforms_msg
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
 from arjuna_sim.fusion.kinematics import ACCELERATION, POSE, TWIST
@@ -75,7 +74,7 @@ class EkfFilterNode(ManagedNode):
         self._on = not config.disabled_at_startup
         self._published = self._set_at = -np.inf
         self._mount = MountedFrames(self).mount
-        self._tf_out = self.publisher(TFMessage, "/tf", qos.TF)
+        self._tf_out = TransformPublisher(self, "/tf", qos.TF)
         self._odom_out = self.publisher(Odometry, config.odom_topic, qos.DEFAULT)
         self._acceleration_out = (
             self.publisher(AccelWithCovarianceStamped, "accel/filtered", qos.DEFAULT)

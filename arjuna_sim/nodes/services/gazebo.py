@@ -1,8 +1,8 @@
 """Gazebo's own services, which some clients call: gazebo_msgs', and ros_gz_interfaces' of a world.
 
-Some of the former have the names of simulation_interfaces' services and other types. A participant
-knows a name by one type, so that they live in one of their own, made when a client of theirs is
-seen. The latter have the names that a bridge gives them: those by which clients ask.
+Some have the names of simulation_interfaces' services and other types. A participant knows a name
+by one type, so that they live in one of their own, made when a client of theirs is seen. Those of a
+world, and the plain ones of std_srvs, have the names by which clients ask.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
-_CLASSIC, _OF_WORLDS = "gazebo_msgs", "ros_gz_interfaces"
+_CLASSIC, _OF_WORLDS, _EMPTY = "gazebo_msgs", "ros_gz_interfaces", "std_srvs/srv/Empty"
 _PERIODS = 1.0, 0.05  # of looking for clients, and of polling for requests [s]
 
 
@@ -46,6 +46,7 @@ class GazeboServices:
 
     Attributes:
         bridged: What answers those of ros_gz_interfaces, by their types.
+        plain: What answers Gazebo classic's of std_srvs/srv/Empty, by their names.
     """
 
     def __init__(
@@ -61,10 +62,17 @@ class GazeboServices:
             "SetEntityPose": self._set_pose,
             "ControlWorld": self._control,
         }
+        self.plain: dict[str, Callable[[], str]] = {
+            "reset_simulation": lambda: self._reset(ResetSimulation.Request.SCOPE_ALL),
+            "reset_world": lambda: self._reset(ResetSimulation.Request.SCOPE_STATE),
+            "pause_physics": lambda: self._hold(True),
+            "unpause_physics": lambda: self._hold(False),
+        }
         self._own: Node | None = None
         self._executor: EventsExecutor | None = None
         self._timers: list[Any] = []
-        self._served: set[tuple[str, str]] = set()
+        self._known_services: set[tuple[str, str]] = set()
+        self._is_classic = False  # whether gazebo_msgs' are served
         self._answered = 0
         if node.transport is None:  # else there are no clients but those of this process
             self._every(_PERIODS[0], self._look)
@@ -100,17 +108,23 @@ class GazeboServices:
 
     def _look(self) -> None:
         """Serve what there are clients of, and is not served yet."""
-        for name, kind in sorted(self._wanted() - self._served):
-            package, _, short = kind.split("/")
-            answer = self.bridged.get(short) if package == _OF_WORLDS else None
-            if answer is not None:
+        for name, kind in sorted(self._wanted() - self._known_services):
+            if (answer := self._answer_of(name, kind)) is not None:
                 self._serve([(class_of(kind), name, answer)])
-            elif package == _CLASSIC and not any(_CLASSIC in each for _, each in self._served):
+            elif kind.startswith(_CLASSIC) and not self._is_classic:
+                self._is_classic = True
                 self._serve(self.services())
-            self._served.add((name, kind))
+            self._known_services.add((name, kind))
+
+    def _answer_of(self, name: str, kind: str) -> Callable[[Any, Any], Any] | None:
+        package, _, short = kind.split("/")
+        if package == _OF_WORLDS:
+            return self.bridged.get(short)
+        do = self.plain.get(name.rpartition("/")[2]) if kind == _EMPTY else None
+        return None if do is None else lambda request, response: self._plainly(do, response)
 
     def _wanted(self) -> set[tuple[str, str]]:
-        """Return the names and types of Gazebo's services that clients ask for."""
+        """Return the names and types of services that clients ask for."""
         node, found = self._node, set()
         for name, space in node.get_node_names_and_namespaces():
             try:
@@ -118,7 +132,7 @@ class GazeboServices:
             except NodeNameNonExistentError:  # it has left since
                 continue
             found |= {(service, kind) for service, kinds in clients for kind in kinds}
-        return {each for each in found if each[1].partition("/")[0] in (_CLASSIC, _OF_WORLDS)}
+        return found
 
     def _serve(self, services: Iterable[tuple[Any, str, Callable[[Any, Any], Any]]]) -> None:
         if self._own is None:
@@ -245,17 +259,29 @@ class GazeboServices:
         scope = asked.reset.time_only * kind.SCOPE_TIME + asked.reset.model_only * kind.SCOPE_STATE
         scope = kind.SCOPE_ALL if asked.reset.all else scope
         if scope:
-            problems.append(self._ask("reset_simulation", ResetSimulation, scope=scope)[1])
+            problems.append(self._reset(scope))
         steps = asked.multi_step or int(asked.step)
-        stops = SimulationState.STATE_PAUSED, SimulationState.STATE_PLAYING
-        state = SimulationState(state=stops[0] if asked.pause or steps else stops[1])
-        if self._ask("get_simulation_state", GetSimulationState)[0].state != state:
-            problems.append(self._ask("set_simulation_state", SetSimulationState, state=state)[1])
+        problems.append(self._hold(bool(asked.pause or steps)))
         if steps:
             problems.append(self._ask("step_simulation", StepSimulation, steps=steps)[1])
         if asked.seed or asked.run_to_sim_time != Time():
             problems.append("seed and run_to_sim_time have no effect")
         return self._done(response, *problems)
+
+    def _reset(self, scope: int) -> str:
+        return self._ask("reset_simulation", ResetSimulation, scope=scope)[1]
+
+    def _hold(self, is_held: bool) -> str:
+        kind = SimulationState
+        state = kind(state=kind.STATE_PAUSED if is_held else kind.STATE_PLAYING)
+        if self._ask("get_simulation_state", GetSimulationState)[0].state == state:
+            return ""
+        return self._ask("set_simulation_state", SetSimulationState, state=state)[1]
+
+    def _plainly(self, do: Callable[[], str], response: Any) -> Any:
+        if problem := do():
+            self._node.get_logger().warning(problem)
+        return response
 
     def _list(self, request: Any, response: Any) -> Any:
         response.header = header(WORLD, self._node.now)

@@ -142,6 +142,9 @@ def create(words: list[str]) -> None:
             space = str(chosen.topic).strip("/").rpartition("/")[0] or space
         space = chosen.robot_namespace.strip("/") or space
         if LAUNCHED in os.environ:
+            if not space and f">/{chosen.name}/" in _text_of(resource):  # its file's topics
+                is_there = await_description(client, f"/{chosen.name}/robot_")
+                space = chosen.name if is_there else ""
             await_description(client, f"/{space}/robot_".replace("//", "/"))
         request = SpawnEntity.Request(entity_resource=resource, allow_renaming=True)
         request.name = chosen.name or "robot"
@@ -152,7 +155,13 @@ def create(words: list[str]) -> None:
         print(f"spawned {_ask(client, request)}", flush=True)
 
 
-def await_description(client: SimulatorClient, start: str) -> None:
+def _text_of(resource: Any) -> str:
+    path = Path(resource.uri)
+    there = resource.uri and path.is_file()
+    return resource.resource_string or (read_text(path, 20_000_000) if there else "")
+
+
+def await_description(client: SimulatorClient, start: str) -> bool:
     """Wait for who describes a robot, where the simulator does not: longer where it was launched.
 
     Args:
@@ -161,7 +170,7 @@ def await_description(client: SimulatorClient, start: str) -> None:
     launched = f"{start}state_publisher" in os.environ[LAUNCHED].split()
     count, topic = client.client.count_publishers, f"{start}description"
     patience = _PATIENCE if launched else _PUBLISHER_STARTS
-    client.run_until(lambda: bool(count(topic)), patience, required=False)
+    return client.run_until(lambda: bool(count(topic)), patience, required=False)
 
 
 def _ask(client: SimulatorClient, request: Any) -> str:

@@ -7,7 +7,7 @@ import os
 import re
 import shlex
 import sys
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -151,13 +151,13 @@ def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
         return _launched(_all(words_of), options, service)
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)
-    return _launched(launch.LaunchDescription([included]), options)
+    return _launched(launch.LaunchDescription([included]), options, _service(options, words))
 
 
-def _service(options: argparse.Namespace) -> LaunchService:
+def _service(options: argparse.Namespace, argv: Sequence[str] = ()) -> LaunchService:
     from launch import LaunchService
 
-    service = LaunchService(debug=options.debug)
+    service = LaunchService(argv=argv, debug=options.debug)
     for name in ("launch-prefix", "launch-prefix-filter"):
         if value := getattr(options, name.replace("-", "_")):
             service.context.launch_configurations[name] = value

@@ -160,7 +160,11 @@ def dump(arguments: argparse.Namespace) -> None:
         node = client.find_node(arguments.node_name, arguments.include_hidden_nodes)
         names = _list(client, node, arguments)
         values = _ask(client, GetParameters, node, arguments, names=names).values
+        if len(values) < len(names):  # a node of rclpy answers none where one is not set
+            asked = (_ask(client, GetParameters, node, arguments, names=[one]) for one in names)
+            values = [(*answer.values, ParameterValue())[0] for answer in asked]
     found = dict(zip(names, map(parameter_value_to_python, values), strict=True))
+    found = {name: value for name, value in found.items() if value is not None}
     print(yaml.safe_dump({node: {"ros__parameters": nested(found)}}))
 
 

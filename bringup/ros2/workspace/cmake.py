@@ -17,6 +17,11 @@ from arjuna_core.files.input_file import read_text
 
 _CALL = re.compile(r'^[ \t]*(\w+)\s*\(((?:"(?:[^"\\]|\\.)*"|[^()"]|\([^()]*\))*)\)', re.MULTILINE)
 _VARIABLE = re.compile(r"\$\{(\w+)\}")
+_HOOK = re.compile(
+    r'^(?:prepend[\w-]*;|ament_prepend_unique_value )(\w+)[; ]"?'
+    r'(?:(?:\$\{?AMENT_CURRENT_PREFIX\}?|@CMAKE_INSTALL_PREFIX@)/)?([^"\n]*)',
+    re.MULTILINE,
+)
 _COMPILED = ("add_executable", "add_library", "pybind11_add_module")
 _HERE = (
     *("CMAKE_CURRENT_SOURCE_DIR", "CMAKE_SOURCE_DIR", "CMAKE_CURRENT_LIST_DIR"),
@@ -66,6 +71,7 @@ class CMakeLists:
         modules: Packages of Python by name, and their folders.
         compiled: Names of what would have to be compiled.
         missing: Files and folders that are to be installed and are not there.
+        hooks: Variables of the environment, and the folders below the prefix that come before.
         is_interfaces: Whether messages, services or actions are generated.
     """
 
@@ -78,6 +84,8 @@ class CMakeLists:
     is_interfaces: bool = False
     tests: list[Test] = field(default_factory=list)
     compiled_tests: list[str] = field(default_factory=list)
+    hooks: list[tuple[str, str]] = field(default_factory=list)
+    _conditions: int = 0  # that the call stands in
 
     def follow(self, calls: Sequence[tuple[str, str]]) -> None:
         """Take calls, with their arguments as texts, one after the other."""
@@ -86,6 +94,7 @@ class CMakeLists:
             name, text = calls[at]
             words = expanded(text, self.values)
             at += 1
+            self._conditions += (name == "if") - (name == "endif")
             if name == "foreach":
                 end = next((i for i in range(at, len(calls)) if calls[i][0] == "endforeach"), at)
                 for value in self._items_of(words[1:]):
@@ -117,6 +126,12 @@ class CMakeLists:
         elif name == "ament_python_install_package":
             at = words.index("PACKAGE_DIR") + 1 if "PACKAGE_DIR" in words else 0
             self.modules[words[0]] = self.folder / words[at]
+        elif name == "ament_environment_hooks":
+            for path in filter(Path.is_file, (self.folder / word for word in words)):
+                text = read_text(path).replace(
+                    "@PROJECT_NAME@", "".join(self.values["PROJECT_NAME"])
+                )
+                self.hooks += _HOOK.findall(text)
         elif name == "rosidl_generate_interfaces":
             self.is_interfaces = True
         elif name in _LAUNCH_TESTS:
@@ -187,7 +202,7 @@ class CMakeLists:
     ) -> None:
         """Take a file, or the files of a folder one by one: who looks through it follows links."""
         source = self.folder / name
-        if not source.exists() and not is_optional:
+        if not source.exists() and not is_optional and not self._conditions:
             self.missing.append(source)
         if source.is_file():
             self.items.append(Item(source, target, is_program))

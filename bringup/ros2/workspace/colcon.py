@@ -17,6 +17,7 @@ from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
 from arjuna_core.errors import ArjunaError, nearest
+from arjuna_core.files.input_file import read_text
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.main import become_real
 from bringup.ros2.workspace.cmake import read_cmake
@@ -211,6 +212,10 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
         put(source, prefix / target, linked)
         if is_program:
             (prefix / target).resolve().chmod(0o755)
+    if found.hooks:
+        hook = prefix / "share" / package.name / "environment" / "hooks.dsv"
+        hook.parent.mkdir(parents=True, exist_ok=True)
+        hook.write_text("".join(f"prepend-non-duplicate;{n};{path}\n" for n, path in found.hooks))
     problems = [f"install() of {package.name}: there is no {path}" for path in found.missing]
     if found.compiled:
         problems.append(f"{package.name}: {', '.join(found.compiled)} is C++, not built; {_REMEDY}")
@@ -226,7 +231,7 @@ for _package in "{0}"/*/share/ament_index/resource_index/packages; do
   [ -d "$_prefix/{1}" ] && _prepend PYTHONPATH "$_prefix/{1}"
   [ -d "$_prefix/bin" ] && _prepend PATH "$_prefix/bin"
 done
-_prepend PATH "{2}"
+{3}_prepend PATH "{2}"
 unset _package _prefix
 unset -f _prepend
 """
@@ -235,7 +240,12 @@ unset -f _prepend
 def _write_setup(install: Path) -> None:
     install.mkdir(parents=True, exist_ok=True)
     (install / "COLCON_IGNORE").touch()
-    text = _SETUP.format(install, SITE, Path(sys.executable).parent)
+    hooks = ""
+    for path in sorted(install.glob("*/share/*/environment/*.dsv")):
+        for line in read_text(path).splitlines():
+            _, name, folder = line.split(";")
+            hooks += f'_prepend {name} "{path.parents[3] / folder}"\n'
+    text = _SETUP.format(install, SITE, Path(sys.executable).parent, hooks)
     for name in ("setup", "local_setup"):
         for shell in ("sh", "bash", "zsh"):
             (install / f"{name}.{shell}").write_text(text, encoding="utf-8")

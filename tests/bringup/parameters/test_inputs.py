@@ -126,7 +126,7 @@ def test_the_filter_has_the_topics_of_the_robots_file(
 ) -> None:
     """As TurtleBot3's, whose `imu` nobody heard: its odometry was the wheels' alone."""
     renamed = f"<ros><remapping>odom:={odometry}</remapping></ros><left_joint>"
-    changes = ("~/out:=imu/data", f"~/out:={imu}"), ("<left_joint>", renamed)
+    changes = ("~/out:=imu<", f"~/out:={imu}<"), ("<left_joint>", renamed)
     file = changed(tmp_path, "urdf/burger.urdf", *changes)
     given = gather(parse([command, "--robot", str(file)]))["ekf_filter_node"]
     assert (given["imu0"], given.get("odom_topic")) == (imu, output)

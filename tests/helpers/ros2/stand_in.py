@@ -13,6 +13,7 @@ from rclpy.action import ActionServer, GoalResponse
 from rclpy.context import Context
 from rclpy.experimental.events_executor import EventsExecutor
 from rclpy.lifecycle import LifecycleNode
+from rclpy.parameter import Parameter
 from service_msgs.msg import ServiceEventInfo
 from std_msgs.msg import String
 from std_srvs.srv import SetBool
@@ -45,6 +46,7 @@ class StandIn(LifecycleNode):
         self.declare_parameter("gain", 2.5, about)
         self.declare_parameter("group.names", ["a", "b"])
         self.declare_parameter("size", 3, ParameterDescriptor(read_only=True))
+        self.declare_parameter("unset", Parameter.Type.STRING)
         self.create_timer(0.05, self._tick)
         self._count = 0
 

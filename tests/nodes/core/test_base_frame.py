@@ -67,7 +67,7 @@ def test_a_client_s_plain_node_listens_and_refuses_too() -> None:
     listener = TransformListener(node, buffer)
     good, bad = (transform_msg(SE2(), "odom", child, 0.0) for child in ("base", "arm"))
     bad.transform.translation.x = math.nan
-    listener._on_moving(TFMessage(transforms=[bad, good]))
+    listener._insert(TFMessage(transforms=[bad, good]), static=False, named="")
     node.destroy_node()
     context.shutdown()
     assert buffer.try_lookup("odom", "base") is not None

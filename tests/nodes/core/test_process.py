@@ -19,12 +19,13 @@ from nav2_msgs.action import Wait
 from rosgraph_msgs.msg import Clock
 from tf2_msgs.msg import TFMessage
 
-from arjuna_core.errors import ConfigError
+from arjuna_core.errors import ArjunaError, ConfigError
 from arjuna_core.ros import context, qos
 from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.convert import time_msg, transform_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.process import Process, Transport
+from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_core.ros.worker import Worker
 from arjuna_core.se2 import SE2
 from bringup.stack import (
@@ -124,6 +125,11 @@ def test_what_waits_is_run_without_waiting_for_what_it_queues(bench: RosBench) -
     assert runs == [0]
 
 
+def test_words_that_ros_cannot_read_are_named() -> None:
+    with pytest.raises(ArjunaError, match=r"__node:=a\.b"):
+        new_context(words=["--ros-args", "-r", "__node:=a.b"])
+
+
 def test_an_absolute_name_is_below_the_robots_namespace() -> None:
     process = Process("host", isolated=True, namespace="/robot1/")
     try:
@@ -148,6 +154,32 @@ def test_what_is_shared_is_listened_to_outside_the_namespace_too() -> None:
         named = dict(node.get_topic_names_and_types())
         there = {f"{n}/{t}" for n in ("", "/robot1") for t in ("map", "mask", "grid")}
         assert there & named.keys() == {"/map", "/robot1/map", "/robot1/mask", "/robot1/grid"}
+    finally:
+        process.close()
+
+
+def test_frames_of_a_robot_s_own_name_are_all_robots_transforms() -> None:
+    process = Process("host", isolated=True, namespace="/r1")
+    try:
+        node = WatchNode(process, name="watch")
+        process.set_time(1_000_000_000)
+        out = node.create_publisher(TFMessage, "/tf", qos.TF)
+        for parent, child in (("map", "r1/odom"), ("map", "r1_odom"), ("map", "odom")):
+            out.publish(transforms_msg(transform_msg(SE2(), parent, child, 1.0)))
+        process.run_waiting()
+        known = [
+            c for c in ("r1/odom", "r1_odom", "odom") if process.transforms.try_lookup("map", c)
+        ]
+        assert known == ["r1/odom", "r1_odom"]
+        heard: list[str] = []
+        for topic in ("/tf", "/r1/tf"):
+            heard_on = lambda m, t=topic: heard.append(f"{t} {m.transforms[0].child_frame_id}")  # noqa: E731
+            node.create_subscription(TFMessage, topic, heard_on, qos.TF)
+        shared = TransformPublisher(node, "/tf", qos.TF)
+        for child in ("base", "r1/base"):
+            shared.publish(transforms_msg(transform_msg(SE2(), "odom", child, 1.0)))
+        process.run_waiting()
+        assert sorted(heard) == ["/r1/tf base", "/r1/tf r1/base", "/tf r1/base"]
     finally:
         process.close()
 

@@ -20,6 +20,7 @@ from launch.actions import (
     EmitEvent,
     ExecuteProcess,
     GroupAction,
+    IncludeLaunchDescription,
     LogInfo,
     OpaqueCoroutine,
     OpaqueFunction,
@@ -41,6 +42,7 @@ from launch.event_handlers import (
 from launch.events import matches_action
 from launch.events.process import ShutdownProcess, SignalProcess
 from launch.frontend import expose_substitution, parse_substitution
+from launch.launch_description_source import description_of
 from launch.substitution import Substitution, perform_substitutions
 from launch.substitutions import (
     Command,
@@ -255,6 +257,63 @@ def test_functions_and_coroutines_get_the_context(launched: Launch) -> None:
         OpaqueFunction(function=made, args=["n is"]),
     )
     assert (code, "n is 5" in printed) == (0, True)
+
+
+_FILES = {
+    "a.launch.xml": """<launch>
+  <push_env/><set_env name="OWN" value="set"/>
+  <log message="[$(env OWN)]"/><pop_env/><log message="[$(env OWN none)]"/>
+  <let name="a" value="1"/><unlet name="a"/><log message="a is $(var a gone)"/>
+  <log message="$(dirname)"/><executable cmd="bash -c 'echo a/b'" output="screen"/>
+</launch>""",
+    "a.launch.yaml": """launch:
+- push_env: {}
+- set_env: {name: OWN, value: set}
+- log: {message: "[$(env OWN)]"}
+- pop_env: {}
+- log: {message: "[$(env OWN none)]"}
+- let: {name: a, value: 1}
+- unlet: {name: a}
+- log: {message: a is $(var a gone)}
+- log: {message: $(dirname)}
+- executable: {cmd: "bash -c 'echo a/b'", output: screen}
+""",
+}
+
+
+@pytest.mark.parametrize("name", _FILES)
+def test_files_of_xml_and_yaml_keep_and_drop_settings(
+    name: str, tmp_path: Path, launched: Launch, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (tmp_path / name).write_text(_FILES[name])
+    monkeypatch.chdir(tmp_path)
+    code, printed = launched(IncludeLaunchDescription(name))
+    said = [line.split("]: ", 1)[1] for line in printed.splitlines() if " [user]: " in line]
+    assert said == ["[set]", "[none]", "a is gone", str(tmp_path)]
+    assert (code, "[bash-" in printed) == (0, True)
+
+
+@pytest.mark.parametrize(
+    ("name", "text", "values"),
+    [
+        ("a.xml", "<param name='p' value='1; 2' value-sep='; '/>", "[1, 2]"),
+        ("a.xml", "<param name='p' value=\"'1','b'\" value-sep=','/>", "['1', 'b']"),
+        ("a.xml", "<param name='p' value='[$(var a), 2]'/>", "[1, 2]"),
+        ("a.yaml", "{name: p, value: [1, 2.5]}", "[1.0, 2.5]"),
+        ("a.yaml", "{name: p, value: ['1', b]}", "['1', 'b']"),
+    ],
+)
+def test_parameters_of_xml_and_yaml_may_be_lists(
+    name: str, text: str, values: str, tmp_path: Path
+) -> None:
+    context = LaunchContext()
+    context.launch_configurations.update(CONTEXT)
+    element = f"<launch><node pkg='p' exec='e'>{text}</node></launch>"
+    document = f"launch: [{{node: {{pkg: p, exec: e, param: [{text}]}}}}]"
+    (tmp_path / name).write_text(element if name == "a.xml" else document)
+    node: Any = description_of(tmp_path / name).entities[0]
+    (given,) = node._parameters
+    assert repr(value_of(context, given["p"])) == values
 
 
 def test_a_launch_file_s_arguments_are_no_remappings(

@@ -140,11 +140,12 @@ def test_a_driving_robot_that_is_spawned_has_topics_until_it_is_deleted(bench: R
     assert names(bench) == ["arjuna"]
 
 
+@pytest.mark.parametrize("fused", [False, True])
 def test_frames_that_a_file_puts_a_name_before_are_in_all_robots_transforms(
-    bench: RosBench,
+    fused: bool, bench: RosBench
 ) -> None:
     """As its robot_state_publisher's are, which has that name for a `frame_prefix`."""
-    sim = start_sim(bench, world=WORLD)
+    sim = start_sim(bench, world=WORLD, fused_odometry=fused)
     bench.node.create_publisher(String, "/bob/robot_description", qos.LATCHED)
     prefixed = BURGER.replace("<odometry_frame>odom", "<odometry_frame>bob/odom")
     prefixed = prefixed.replace("<robot_base_frame>base", "<robot_base_frame>bob/base")

@@ -10,6 +10,7 @@ import pytest
 from gazebo_msgs import srv
 from ros_gz_interfaces.msg import Entity, EntityFactory, WorldControl, WorldReset
 from simulation_interfaces.msg import SimulationState
+from std_srvs.srv import Empty
 
 from arjuna_core.ros.context import class_of
 from arjuna_core.ros.convert import quaternion
@@ -17,7 +18,7 @@ from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 from arjuna_sim.nodes.services.model_states import StatesOfModels
 from tests.helpers.ros import RosBench
-from tests.nodes.sim.running import start_in
+from tests.nodes.sim.running import run, start_in
 
 CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass>1</mass></inertial>
 <collision name="c"><geometry><box><size>0.4 0.4 0.4</size></box></geometry></collision>
@@ -145,3 +146,23 @@ def test_all_requests_that_wait_are_answered_at_once_but_for_a_flood(bench: RosB
         waiting[:] = range(count)
         gazebo._poll()
         assert len(waiting) == left
+
+
+def test_gazebo_classic_s_plain_services_hold_and_reset_the_world(bench: RosBench) -> None:
+    sim = start_in(bench)
+    (gazebo,) = sim.kept(GazeboServices)
+
+    def ask_plainly(name: str) -> None:
+        answer = gazebo._answer_of(f"/gazebo/{name}", "std_srvs/srv/Empty")
+        assert answer is not None
+        answer(Empty.Request(), Empty.Response())
+
+    for name, state in ("pause", SimulationState.STATE_PAUSED), ("unpause", None):
+        ask_plainly(f"{name}_physics")
+        ask_plainly(f"{name}_physics")
+        assert sim.state == (state or SimulationState.STATE_PLAYING)
+    run(bench, sim, 3)
+    for name, time in ("reset_world", sim.simulator.time), ("reset_simulation", 0.0):
+        ask_plainly(name)
+        assert sim.simulator.time == time
+    assert gazebo._answer_of("/clear", "std_srvs/srv/Empty") is None

@@ -134,6 +134,31 @@ def test_who_is_launched_to_describe_a_robot_is_waited_for(
     assert waited == [patience]
 
 
+@pytest.mark.parametrize(
+    ("topic", "describer", "space"),
+    [("/r1/scan", "r1/", "/r1"), ("/r1/scan", "", ""), ("scan", "r1/", "")],
+)
+def test_a_robot_lives_where_its_file_s_topics_and_its_describer_are(
+    topic: str, describer: str, space: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "r1.sdf"
+    file.write_text(f"<sdf><model name='r1'><topic>{topic}</topic></model></sdf>")
+    asked: list[Any] = []
+
+    def ask(kind: Any, name: str, request: Any) -> Any:
+        asked.append(request)
+        return SimpleNamespace(entity_name=request.name)
+
+    described = f"/{describer}robot_description"
+    graph = SimpleNamespace(count_publishers=lambda topic: int(topic == described))
+    until = lambda done, patience, required: done()  # noqa: E731
+    client = SimpleNamespace(client=graph, run_until=until, ask=ask, close=lambda: None)
+    monkeypatch.setattr(gazebo, "SimulatorClient", lambda *given: client)
+    monkeypatch.setenv("ARJUNA_LAUNCHED", "1")
+    gazebo.create(["-file", str(file), "-name", "r1"])
+    assert [request.entity_namespace for request in asked] == [space]
+
+
 def test_gazebo_s_window_is_asked_in_vain(capsys: pytest.CaptureFixture[str]) -> None:
     gazebo.serve(["service", "-s", "/gui/move_to/pose", "--req", "pose: {position: {x: -0.5}}"])
     assert "'arjuna view' shows the world" in capsys.readouterr().out

@@ -57,6 +57,12 @@ _BOT = "share/bot"
             ["launch/go.py"],
         ),
         ("install(FILES no.xml OPTIONAL DESTINATION share/bot)", []),
+        (
+            "if(EXISTS ${CMAKE_CURRENT_SOURCE_DIR}/include)\n"
+            "install(DIRECTORY include/ DESTINATION include)\nendif()\n"
+            "install(DIRECTORY launch DESTINATION .)",
+            ["launch/go.py"],
+        ),
     ],
 )
 def test_what_a_cmake_file_installs(text: str, targets: list[str], tmp_path: Path) -> None:

@@ -157,6 +157,22 @@ def test_a_package_of_data_is_built_from_its_cmake_file(
         assert _sourced("ros2 interface show my_description/msg/Num") == "int64 num\n"
 
 
+def test_a_package_s_environment_hooks_are_sourced(source: Path) -> None:
+    folder = _manifest(source, "my_worlds", "ament_cmake")
+    models = "@CMAKE_INSTALL_PREFIX@/share/@PROJECT_NAME@/models"
+    hooks = {
+        "hooks/one.dsv.in": f"prepend-non-duplicate;GZ_SIM_RESOURCE_PATH;{models}\n",
+        "hooks/two.sh": 'ament_prepend_unique_value OWN_PATH "$AMENT_CURRENT_PREFIX/share"\n',
+    }
+    named = "".join(f'ament_environment_hooks("${{PROJECT_SOURCE_DIR}}/{n}")\n' for n in hooks)
+    _write(folder, {**hooks, "CMakeLists.txt": f"project(my_worlds)\n{named}ament_package()\n"})
+    assert colcon(["build"]) == 0
+    prefix = _sourced("ros2 pkg prefix my_worlds").strip()
+    models, own = _sourced('echo "$GZ_SIM_RESOURCE_PATH" "$OWN_PATH"').split()
+    assert models.split(":")[0] == f"{prefix}/share/my_worlds/models"
+    assert own == f"{prefix}/share"
+
+
 def test_a_package_of_ros_1_is_linked(source: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(source)
     monkeypatch.setattr(sys, "argv", ["catkin_create_pkg", "udacity_bot", "rospy"])
