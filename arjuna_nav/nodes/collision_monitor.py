@@ -84,9 +84,10 @@ class CollisionMonitorNode(ManagedNode):
     def _on_command(self, velocity: Velocity) -> None:
         verdict = self._judge(velocity) if self._enabled else Verdict(velocity)
         self._publish_state(verdict)
+        if velocity != STILL:
+            self._look_for_base()
         if verdict.velocity != STILL:
             self._moved_at = self.now
-            self._look_for_base()
         if self.now - self._moved_at <= self.config.stop_pub_timeout:
             self._output.publish(verdict.velocity)
         self._watch.publish(velocity)
@@ -96,6 +97,7 @@ class CollisionMonitorNode(ManagedNode):
         if not self._has_listener and not self._output.has_listener():
             topic = self.config.cmd_vel_out_topic
             text = f"nobody takes the velocities on '{topic}': set cmd_vel_out_topic"
+            text += f"; '{self.config.cmd_vel_in_topic}' must not be the robot's own"
             self.get_logger().warning(text)
         self._has_listener = True
 

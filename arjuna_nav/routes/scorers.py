@@ -233,7 +233,7 @@ class OrientationConfig:
     orientation_weight: float = fixed(1.0, "Cost of a difference of heading.", minimum=0.0)
     use_orientation_threshold: bool = fixed(False, "Whether edges beyond the tolerance are closed.")
     orientation_tolerance: float = fixed(
-        math.pi / 2.0, "Greatest difference of heading.", unit="rad", minimum=0.0, maximum=math.pi
+        math.pi / 2.0, "Greatest difference of heading.", unit="rad", minimum=0.0
     )
 
 

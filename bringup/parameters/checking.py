@@ -48,6 +48,9 @@ _NAMED_FILES = {
     ("docking_server", "dock_database"): "no dock has a name",
     ("route_server", "graph_filepath"): "no graph is loaded",
 }
+_LATTICE_KEY = ".lattice_filepath"
+_LATTICE = re.compile(r"/sample_primitives/.*/([\d.]+)m_turning_radius/(?!ackermann/)")
+"""Nav2's own lattices, but a car's: what takes their place turns on the spot."""
 
 
 def over_shipped(paths: Iterable[Path]) -> Parameters:
@@ -82,11 +85,11 @@ def merged_sources(
     """
     parameters, remarks = shipped_parameters(), list[Remark]()
     meant = [spec for spec in all_nodes() if spec.original in originals]
-    parameters = as_theirs(parameters, meant, replaces=True)
+    parameters = base = as_theirs(parameters, meant, replaces=True)
     given = of_words(words)
     sources = ((path, strict) for path in paths)
     for source, strictly in [*((of_file(p), s) for p, s in sources), (given, True)]:
-        read = checked(source, parameters, namespace)
+        read = checked(source, parameters, namespace, base=base)
         if problems := read.refused_by(strictly):
             raise ConfigError(*problems)
         parameters = read.parameters
@@ -113,14 +116,22 @@ def _chained(parameters: Parameters) -> Parameters:
 
 
 def checked(
-    source: Source, below: Parameters, namespace: str = "", only: NodeSpec | None = None
+    source: Source,
+    below: Parameters,
+    namespace: str = "",
+    only: NodeSpec | None = None,
+    base: Parameters | None = None,
 ) -> Checked:
-    """Return parameters with a source's over those below, and remarks; `only` one node, or all."""
+    """Return parameters with a source's over those below, and remarks; `only` one node, or all.
+
+    Args:
+        base: What held before all sources; none: what is below.
+    """
     if not source.values:
         return Checked(below, [], [])
     further = [only] if only else further_nodes(merged(below, source.values))
     nodes = list({spec.name: spec for spec in (*all_nodes(), *further)}.values())
-    after, remarks, problems = understand(source.values, below, nodes, namespace)
+    after, remarks, problems = understand(source.values, below, nodes, namespace, base)
     remarks += [Remark(Kind.UNKNOWN, where, _TWICE) for where in sorted(source.repeated)]
     remarks += _without_missing_masks(after, further)
     remarks += _without_missing_files(after)
@@ -220,13 +231,24 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
 
 
 def _without_missing_files(parameters: Parameters) -> list[Remark]:
-    """Leave out the files of docks and routes that nobody has, as launch files fill them in."""
+    """Leave out the files that nobody has: launch files fill them in, or they are Nav2's own."""
     remarks = []
     for (node, key), reason in _NAMED_FILES.items():
         name = str(parameters.get(node, {}).get(key) or "")
         if name and not Path(name).exists():
             del parameters[node][key]
             where = f"{node}: {key}"
+            remarks.append(Remark(Kind.NO_EFFECT, where, f"there is no {name}: {reason}"))
+    values = parameters.get("planner_server", {})
+    for key in [key for key in values if key.endswith(_LATTICE_KEY)]:
+        name = str(values[key])
+        if (own := _LATTICE.search(name)) and not Path(name).exists():
+            del values[key]
+            values.setdefault(
+                f"{key.removesuffix(_LATTICE_KEY)}.minimum_turning_radius", float(own[1])
+            )
+            reason = f"pieces that bend by {own[1]} m, and turns on the spot, take its place"
+            where = f"planner_server: {key}"
             remarks.append(Remark(Kind.NO_EFFECT, where, f"there is no {name}: {reason}"))
     return remarks
 
@@ -306,7 +328,7 @@ def read_named_files(
     if spec.name == "map_server" and values.get("yaml_filename"):
         load_map(values["yaml_filename"])
     for key, value in values.items() if spec.name == "planner_server" else ():
-        if key.endswith(".lattice_filepath") and value:
+        if key.endswith(_LATTICE_KEY) and value:
             from arjuna_nav.planners.hybrid.lattice import read
 
             read(Path(value))

@@ -20,6 +20,17 @@ Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
 _ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
 _MAPPINGS = "a list of mappings, as of ROS 1, no node of ROS 2 reads: name each, as filter1: {...}"
+_OTHERS = {
+    "image": "a map: 'nav --map FILE', or a mask server's yaml_filename",
+    "features": "a graph of routes: route_server's graph_filepath",
+    "docks": "a list of docks: docking_server's dock_database",
+    "ros_topic_name": "of ros_gz_bridge: its config_file",
+    "Visualization Manager": "RViz's: 'view --config FILE'",
+    "configById": "a layout of Foxglove, which 'view --foxglove' serves",
+    ".lua": "of Cartographer, in whose place 'slam' maps, with slam_toolbox's parameters",
+    ".xml": "XML: a behavior tree's is bt_navigator's default_nav_to_pose_bt_xml",
+}
+"""Files that hold no nodes' parameters: where each belongs, by its ending or a name in it."""
 EVERY_NODE = "/**"
 SIM_TIME = "use_sim_time"
 SAFETY = ""
@@ -74,7 +85,14 @@ def _read(path: Path) -> Parameters:
     if document is None:
         return {}
     found: Parameters = {}
-    _collect(path, document, "", found)
+    try:
+        _collect(path, document, "", found)
+    except InputFileError:
+        first = document[0] if isinstance(document, list) and document else document
+        names = {path.suffix, *(first if isinstance(first, Mapping) else ())}
+        for kind in (text for name, text in _OTHERS.items() if name in names):
+            raise InputFileError(path, f"holds no nodes' parameters; it is {kind}") from None
+        raise
     return found
 
 

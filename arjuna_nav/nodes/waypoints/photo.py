@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar
@@ -27,8 +28,8 @@ class PhotoConfig:
     enabled: bool = param(True, "Whether to take one.")
     image_topic: str = fixed("/camera/color/image_raw", "The camera's topic.")
     save_dir: str = param(
-        "/tmp/waypoint_images",  # noqa: S108 - Nav2's default, which is refused here
-        "Folder of the pictures, below your home or the working folder.",
+        "/tmp/waypoint_images",  # noqa: S108 - Nav2's default
+        "Folder of the pictures, below your home, the working folder or /tmp; your own.",
         path=True,
     )
     image_format: str = param("png", "Their format.", choices=_FORMATS)
@@ -42,7 +43,8 @@ class PhotoAtWaypoint:
         node: In its `configure`.
 
     Raises:
-        ConfigError: The folder is neither below the user's home nor the working folder.
+        ConfigError: The folder is another user's, or not below the user's home, the working
+            folder or /tmp.
 
     Source: nav2_waypoint_follower, PhotoAtWaypoint.
     """
@@ -94,15 +96,17 @@ class PhotoAtWaypoint:
 
 
 def _own_folder(path: str) -> Path:
-    """Return a folder below the user's home or the working folder.
+    """Return a folder of the user's below home, the working folder or /tmp.
 
     Raises:
-        ConfigError: It lies elsewhere.
+        ConfigError: It lies elsewhere, or is another user's.
     """
-    folder, roots = Path(path).expanduser().resolve(), (Path.home().resolve(), Path.cwd())
-    if any(folder.is_relative_to(root) for root in roots):
+    folder = Path(path).expanduser().resolve()
+    roots = Path.home(), Path.cwd(), Path("/tmp")  # noqa: S108 - where Nav2's default is
+    if not any(folder.is_relative_to(root.resolve()) for root in roots):
+        problem = f"lies neither below {' nor '.join(map(str, roots))}"
+    elif folder.exists() and folder.stat().st_uid != os.getuid():
+        problem = "is another user's"
+    else:
         return folder
-    where = " nor ".join(map(str, roots))
-    raise ConfigError(
-        f"save_dir '{path}' lies neither below {where}; set it to a folder there, as ~/pictures"
-    )
+    raise ConfigError(f"save_dir '{path}' {problem}; set it to a folder of yours, as ~/pictures")

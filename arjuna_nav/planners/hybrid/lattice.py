@@ -144,6 +144,7 @@ def read(path: Path) -> Lattice:
     """
     if not os.path.isfile(path):  # noqa: PTH113 - Path.is_file raises where a name is too long
         own = "without lattice_filepath, pieces bend by minimum_turning_radius"
+        own += ", and it turns on the spot (SmacPlannerHybrid plans for cars)"
         raise InputFileError(path, f"there is no such file of lattice primitives; {own}")
     try:
         content = read_json(path)

@@ -16,7 +16,7 @@ from bringup.parameters.foreign.plugins import ForeignPlugins, plugin_lists
 from bringup.parameters.foreign.ros1_names import TABLES, targets
 from bringup.parameters.foreign.sections import FILLED, of_program, sections_by_node
 from bringup.parameters.remarks import Checked, Kind, Remark
-from bringup.parameters.sources import keys_of_robot
+from bringup.parameters.sources import OUTLINE, keys_of_robot
 from bringup.stack import PROGRAMS, NodeSpec
 
 _KEYWORD = re.compile(r"[A-Z][A-Z0-9]*_[A-Z0-9_]+")
@@ -27,16 +27,22 @@ _BLIND = f"without {_SOURCES} it sees no obstacles, in Nav2 neither"
 
 
 def understand(
-    given: Parameters, below: Parameters, specs: Iterable[NodeSpec], namespace: str = ""
+    given: Parameters,
+    below: Parameters,
+    specs: Iterable[NodeSpec],
+    namespace: str = "",
+    base: Parameters | None = None,
 ) -> Checked:
     """Return what a file's parameters mean here, over those that hold already.
 
     A section that names a class of Nav2's, or what its node is made of, is whole: what it leaves
-    out takes Nav2's default, but for what is the robot's own. Any other changes what is below it.
+    out takes Nav2's default, but for what is the robot's own. Any other changes what is below it,
+    and so does one of a node that an earlier file has changed, as ROS 2 merges files.
 
     Args:
         given: The file's parameters; those of `/**` go to each node that has them.
         below: What holds already; of plug-ins that the file replaces nothing is kept.
+        base: What held before all files; none: what is below.
     """
     nodes = {spec.name: spec for spec in specs}
     sections, remarks = sections_by_node(given, nodes, namespace)
@@ -44,7 +50,9 @@ def understand(
     shared = {key: value for key, value in everywhere.items() if key != SIM_TIME}
     result, problems, taken = merged(below), list[str](), set[str]()
     for name in nodes if shared else sections:
-        section = _Section(nodes[name], sections.get(name, {}), result.get(name, {}), shared)
+        held, own = result.get(name, {}), sections.get(name, {})
+        changed = base is not None and held != base.get(name, {})
+        section = _Section(nodes[name], own, held, shared, changed)
         result[name] = section.values
         remarks += section.remarks
         problems += section.problems
@@ -96,13 +104,16 @@ class _Section:
         given: Mapping[str, Any],
         below: dict[str, Any],
         shared: Mapping[str, Any],
+        is_changed: bool,
     ) -> None:
         self._node, self._config = spec.name, spec.config
         self.remarks: list[Remark] = []
         self.problems: list[str] = []
         self._foreign = ForeignPlugins(spec.name)
-        if _is_whole(spec.name, given):
+        if not is_changed and _is_whole(spec.name, given):
             robot = keys_of_robot(spec, below)
+            if not given.keys() & {*OUTLINE}:
+                robot |= {"footprint_padding"}  # a part of the shipped outline
             below = {key: value for key, value in below.items() if key in robot}
         values = nav2.as_today(spec.name, given)
         sim_time = values.pop(SIM_TIME, below.get(SIM_TIME))

@@ -19,6 +19,7 @@ REMEDIES = {
     **dict.fromkeys(_DRIVERS.split(), _DRIVER),
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
+    "rosbag2_transport": "'ros2 bag record' and 'ros2 bag play' do the same",
     "rqt_gui": "'arjuna view' has plots and nodes",
     "rqt_graph": "'arjuna view --foxglove' serves Foxglove, whose panel Topic Graph draws it",
     **dict.fromkeys(

@@ -38,6 +38,18 @@ def test_words_come_over_files_and_reach_the_nodes_that_have_them() -> None:
     assert checked(of_words([]), below).parameters is below
 
 
+def test_a_file_and_a_word_with_a_class_keep_what_an_earlier_file_says(tmp_path: Path) -> None:
+    node, filters = COSTMAPS[1], "filters: [a], a.plugin: 'nav2_costmap_2d::SpeedFilter'"
+    said = "resolution: 0.1, inflation_layer.plugin: 'nav2_costmap_2d::InflationLayer'"
+    first, second = (
+        written(tmp_path, f"{node}: {{ros__parameters: {{{values}}}}}", f"{number}.yaml")
+        for number, values in enumerate((said, filters))
+    )
+    word = f"{node}:inflation_layer.plugin:=nav2_costmap_2d::InflationLayer"
+    found = merged_sources([first, second], [word]).parameters[node]
+    assert (found["resolution"], found["filters"]) == (0.1, ["a"])
+
+
 def test_the_smoothed_velocity_goes_where_the_monitor_takes_it_from(tmp_path: Path) -> None:
     file = written(
         tmp_path, "collision_monitor:\n  ros__parameters:\n    cmd_vel_in_topic: cmd_vel_raw\n"

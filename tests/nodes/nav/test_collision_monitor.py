@@ -140,7 +140,11 @@ def test_a_blind_robot_names_the_silent_topic(capfd: pytest.CaptureFixture[str])
             "no command comes on '/raw': nobody publishes it; commands are on /cmd_vel_smoothed:"
             " set cmd_vel_in_topic",
         ),
-        ("cmd_vel_out_topic", "nobody takes the velocities on 'raw': set cmd_vel_out_topic"),
+        (
+            "cmd_vel_out_topic",
+            "nobody takes the velocities on 'raw': set cmd_vel_out_topic;"
+            " 'cmd_vel_smoothed' must not be the robot's own",
+        ),
         ("state_topic", ""),
     ],
 )
@@ -153,6 +157,14 @@ def test_a_chain_of_velocities_that_is_broken_is_reported_once(
     lines = [line for line in capfd.readouterr().err.splitlines() if "set cmd_vel" in line]
     assert len(lines) == bool(warning)
     assert all(line.endswith(warning) for line in lines)
+
+
+def test_nobody_behind_it_is_reported_by_a_monitor_that_only_stops_too(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    robot = made(**{"cmd_vel_out_topic": "raw", "scan.topic": "none"})
+    drive(robot, 0.2, 1.0)
+    assert "nobody takes the velocities on 'raw'" in capfd.readouterr().err
 
 
 def test_commands_that_are_no_numbers_are_ignored(robot: PlayedRobot) -> None:

@@ -209,11 +209,22 @@ def test_a_picture_is_saved_at_each_waypoint(
     assert max(green, blue) < 10
 
 
-def test_pictures_go_below_home_or_the_working_folder_only() -> None:
-    robot = PlayedRobot()
-    values = {"waypoint_task_executor_plugin": "eye", "eye": {"plugin": NAV2 + "PhotoAtWaypoint"}}
+@pytest.mark.parametrize(
+    ("folder", "uid", "outcome"),
+    [
+        ("/tmp/waypoint_images", 0, TransitionCallbackReturn.SUCCESS),
+        ("/tmp", 1, TransitionCallbackReturn.FAILURE),
+        ("/srv/none", 0, TransitionCallbackReturn.FAILURE),
+    ],
+)
+def test_pictures_go_into_folders_of_the_user_s_only(
+    folder: str, uid: int, outcome: object, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("os.getuid", lambda: Path("/tmp").stat().st_uid + uid)
+    robot, eye = PlayedRobot(), {"plugin": NAV2 + "PhotoAtWaypoint", "save_dir": folder}
+    values = {"waypoint_task_executor_plugin": "eye", "eye": eye}
     node = WaypointFollowerNode(robot.bench.process, values)
-    assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
+    assert node.trigger_configure() == outcome
 
 
 @dataclass(frozen=True)

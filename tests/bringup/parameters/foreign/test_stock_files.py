@@ -112,6 +112,24 @@ def test_files_of_docks_and_routes_that_nobody_has_are_left_out(
     assert key not in found.parameters[node]
 
 
+def lattice(drive: str) -> str:
+    folder = "nav2_smac_planner/sample_primitives/5cm_resolution/1m_turning_radius"
+    one = f"plugin: nav2_smac_planner/SmacPlannerLattice, lattice_filepath: /no/{folder}/{drive}/a"
+    return f"planner_server: {{ros__parameters: {{planner_plugins: [A], A: {{{one}}}}}}}"
+
+
+def test_a_lattice_of_nav2_bends_by_its_radius(tmp_path: Path) -> None:
+    found = check_file(written(tmp_path, lattice("diff")))
+    assert found.problems == []
+    assert "bend by 1 m, and turns on the spot, take its place" in str(found.remarks)
+    assert found.parameters["planner_server"]["A.minimum_turning_radius"] == 1.0
+
+
+def test_a_lattice_of_a_car_has_nothing_in_its_place(tmp_path: Path) -> None:
+    (problem,) = check_file(written(tmp_path, lattice("ackermann"))).problems
+    assert "SmacPlannerHybrid plans for cars" in problem
+
+
 @pytest.mark.parametrize("name", ["FILLED_AT_LAUNCH", "see the launch file", "/no/tree.xml"])
 def test_a_tree_that_nobody_has_leaves_the_default_one(name: str, tmp_path: Path) -> None:
     key = "default_nav_to_pose_bt_xml"

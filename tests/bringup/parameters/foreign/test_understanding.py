@@ -78,6 +78,9 @@ def test_a_section_that_names_a_class_is_whole() -> None:
     found = understood({node: whole})
     assert value(found, node, key) == 10.0
     assert value(found, node, "robot_radius") == shipped["robot_radius"]
+    assert value(found, node, "footprint_padding") == shipped["footprint_padding"]
+    other = understood({node: {**whole, "robot_radius": 0.22}})
+    assert value(other, node, "footprint_padding") != shipped["footprint_padding"]
 
 
 @pytest.mark.parametrize(
