@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
@@ -91,6 +92,17 @@ class SdfJoint:
     def name(self) -> str:
         """Its path from the model of the world."""
         return self.prefix + self.element.get("name", "?")
+
+    def dynamics(self, axis: Element) -> dict[str, Any]:
+        """Return its damping, its dry friction and its spring, none of which pushes."""
+        label = f"joint '{self.element.get('name', '?')}'"
+
+        def read(tag: str) -> float:
+            return self.file.number(axis, f"dynamics/{tag}", 0.0, label)
+
+        found = {"damping": "damping", "friction": "friction", "stiffness": "spring_stiffness"}
+        least = {key: max(0.0, read(tag)) for key, tag in found.items()}
+        return {**least, "spring_at": read("spring_reference")}
 
 
 class ModelReader:
