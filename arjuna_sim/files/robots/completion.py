@@ -24,7 +24,7 @@ from arjuna_sim.model.geometry.shapes import (
 from arjuna_sim.model.robot import ANCHOR
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Link, Urdf
-from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, axis, center, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
@@ -34,6 +34,7 @@ _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 _GROUND = 1.0  # friction of a ground that names none, in SDF: the lower of two holds
+_LEVEL, _UPRIGHT = 0.3, 0.7  # part of an axis along z, of a wheel and of a trailer's hinge
 _PULLED = 2.0  # the weight that motors without a torque pull, `torque_of`: more friction holds them
 
 
@@ -194,7 +195,7 @@ def friction_of(
         friction |= dict.fromkeys(held, _GROUND)
     lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}
     ground = _ground(urdf, drive)
-    carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
+    carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g} - _trailed(urdf)
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
     for name, (low, shape) in lowest.items():
         is_ball = shape is Kind.SPHERE
@@ -210,6 +211,18 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _trailed(urdf: Urdf) -> set[str]:
+    """Return the wheels of trailers, which grip: those of an axle that swings about a hinge."""
+    axles: dict[str, list[str]] = {}
+    for name, wheel in urdf.joints.items():
+        hinge = next((j for j in urdf.above(wheel.parent) if j.kind != "fixed"), None)
+        level = wheel.kind == "continuous" and abs(float(axis(urdf, name)[2])) < _LEVEL
+        if level and hinge is not None and abs(float(axis(urdf, hinge.name)[2])) > _UPRIGHT:
+            axles.setdefault(hinge.name, []).append(wheel.child)
+    found = {link for links in axles.values() if len(links) > 1 for link in links}
+    return {link for link in found if _CASTER.search(link) is None}
 
 
 def _turns_by_sliding(urdf: Urdf, drive: DriveSettings) -> bool:
