@@ -198,6 +198,7 @@ def _as_plugin(
     for side, joints in lists.items():
         for joint in joints:
             SubElement(made, f"{side}_joint").text = joint
+    has_tf = kind != "tricycle_controller"  # by default
     stamped = values.get("use_stamped_vel", True) is not False
     command += "" if stamped else "_unstamped"
     radii = (_number(v, key) for v in (values, below(values, "kinematics")) for key in _RADII)
@@ -207,7 +208,7 @@ def _as_plugin(
         "update_rate": _number(values, "publish_rate"),
         "odometry_frame": values.get("odom_frame_id"),
         "robot_base_frame": values.get("base_frame_id"),
-        "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
+        "publish_odom_tf": str(values.get("enable_odom_tf", has_tf)).lower(),
         "command_topic": _topic(plugin, name, command),
         "odometry_topic": _topic(plugin, name, odometry),
         "stamped": str(stamped).lower(),

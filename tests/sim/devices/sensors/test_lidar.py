@@ -21,7 +21,7 @@ from arjuna_sim.devices.sensors.lidar import (
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Urdf
-from tests.sim.builders import urdf_file
+from tests.sim.builders import texts, urdf_file
 
 HALF_PI = math.pi / 2
 URDF = Urdf(Path("r.urdf"), "r", "", "mast")
@@ -171,6 +171,9 @@ def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
     for bad in ("<min>-1</min>", "<min>1</min>", "<radius>0</radius>"):
         with pytest.raises(RobotError, match=r"<sonar> .* is none"):
             received(bad)
+    bare = element("<range><max>2</max></range>")
+    assert (read_sonar(bare)[0].range_min, read_sonar(bare)[0].range_max) == (0.0, 1.0)
+    assert "lacks <sonar>" in texts(bare.xml.notes)[0]
 
 
 def test_the_surroundings_are_shown_by_the_first_lidar_that_sees_much() -> None:

@@ -18,7 +18,7 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from tests.sim.builders import texts
-from tests.sim.drive_cases import Robot, control, four
+from tests.sim.drive_cases import Robot, control, four, tricycle
 
 _JOINTS = {
     f"{side}_wheel_names": [f"{end}_{side}_wheel_joint" for end in ("front", "rear")]
@@ -125,6 +125,12 @@ def test_limits_that_are_switched_off_or_none_do_not_count(
     drive = _drive(tmp_path, _file("name", {**_JOINTS, "linear": linear}, dotted=False))
     assert (drive.max_velocity, drive.max_reverse, drive.max_acceleration) == expected
     assert drive.command_timeout is None
+
+
+def test_a_tricycle_controller_has_no_transform_of_odometry_by_default(tmp_path: Path) -> None:
+    drive = load_robot(tricycle().write(tmp_path, "three.urdf"), SearchPath()).drive
+    assert drive.publishes == ("odom",)
+    assert _drive(tmp_path, _file("name", _JOINTS, False)).publishes == ("odom", "odom_tf")
 
 
 @pytest.mark.parametrize(
