@@ -9,7 +9,11 @@ from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
-from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
+from arjuna_sim.files.robots.controllers import (
+    broadcasts,
+    drive_of_controllers,
+    parameters_of_controllers,
+)
 from arjuna_sim.files.robots.drive_kinds import joined
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
@@ -70,6 +74,7 @@ class TagReader:
         self.truths: dict[str, str] = {}
         self._sensors: list[SensorSettings] = []
         self._renamed: dict[str, dict[str, Any]] = {}
+        self._broadcast: dict[str, dict[str, Any]] = {}
         published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
         for item in tags.items:
             if isinstance(item, PluginTag):
@@ -80,12 +85,15 @@ class TagReader:
     def sensors(self) -> tuple[SensorSettings, ...]:
         """Return the sensors, the primary ones first."""
         found = [dataclasses.replace(s, **self._renamed.get(s.name, {})) for s in self._sensors]
+        told = [s for s in found if s.name in self._broadcast]
+        found = [*(dataclasses.replace(s, **self._broadcast[s.name]) for s in told), *found]
         return tuple(with_primary_first(self._xml, self._urdf, found))
 
     def _plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
         xml, urdf = self._xml, self._urdf
         controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
+        self._broadcast |= broadcasts(xml, plugin)
         driving = plugin if controlled is None else controlled
         told = any(each in _type(plugin).replace("-", "") for each in _TRUE)
         drive = None if told else read_drive(xml, driving, urdf)
