@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from arjuna_core.config import fixed, share_param
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain
+from arjuna_sim.files.tag_text import plain, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -207,8 +207,10 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
     samples = xml.count(across, "samples", 360, label)
     angle_min = xml.number(across, "min_angle", -math.pi, label)
     angle_max = xml.number(across, "max_angle", math.pi, label)
-    range_min = xml.number(ray, "range/min", 0.1, label)
-    range_max = min(xml.number(ray, "range/max", 10.0, label), _RANGE_MAX)
+    # Those of a Velodyne's plugin are within its sensor's.
+    range_min = value(xml, tag.element, label, xml.number(ray, "range/min", 0.1, label), "minrange")
+    range_max = xml.number(ray, "range/max", 10.0, label)
+    range_max = min(value(xml, tag.element, label, range_max, "maxrange"), range_max, _RANGE_MAX)
     if not 1 <= samples <= _BEAMS_MAX:
         raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
     if not angle_min < angle_max and samples > 1:

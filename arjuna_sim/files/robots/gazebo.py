@@ -132,7 +132,8 @@ class TagReader:
             self._reports(plugin, f"plugin '{name}'")
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
-                self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
+                told = "its <parameters> name no controllers; a spawner's --param-file is not read"
+                self._xml.note(f"plugin '{name}': {told}")
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self._sensor(SensorTag(self._xml, plugin, body), truth)

@@ -156,6 +156,15 @@ def test_a_plugin_names_what_is_published(plugin: str, kind: type[SensorSettings
             assert said.infrared is (radiation == "INFRARED")
 
 
+def test_a_velodyne_s_plugin_sees_within_its_sensor_s_range() -> None:
+    given = "<plugin><min_range>0.9</min_range><max_range>{}</max_range></plugin>"
+    ray = "<ray><range><min>0.3</min><max>100</max></range></ray>"
+    for most, seen in ((50, 50.0), (200, 100.0)):
+        (found,) = read_lidar(element(ray + given.format(most)))
+        assert isinstance(found, LidarSettings)
+        assert (found.range_min, found.range_max) == (0.9, seen)
+
+
 def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
     def received(inside: str) -> RangeSettings:
         return read_sonar(element(f"<sonar>{inside}</sonar>"))[0]
