@@ -137,9 +137,8 @@ def create(words: list[str]) -> None:
             resource = Resource(resource_string=chosen.string)
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
-        space = given.remapped.get("__ns", "").strip("/")
-        if space and str(chosen.topic).startswith("/"):  # that of its description is the robot's
-            space = str(chosen.topic).strip("/").rpartition("/")[0] or space
+        own = given.remapped.get("__ns", "")
+        space = space_of(own, str(chosen.topic or ""), resource.resource_string)
         space = chosen.robot_namespace.strip("/") or space
         if LAUNCHED in os.environ:
             await_description(client, f"/{space}/robot_".replace("//", "/"))
@@ -150,6 +149,17 @@ def create(words: list[str]) -> None:
         place.position.x, place.position.y, place.position.z = chosen.x, chosen.y, chosen.z
         place.orientation = quaternion(chosen.Y)
         print(f"spawned {_ask(client, request)}", flush=True)
+
+
+def space_of(own: str, topic: str, text: str) -> str:
+    """Return a robot's namespace, without slashes: that of who spawns it, or of its description.
+
+    That of its description counts where somebody else's namespace spawns it from there, or where
+    its file puts its controllers there.
+    """
+    own, described = own.strip("/"), topic.strip("/").rpartition("/")[0]
+    controls = re.search(rf"<namespace>\s*/?{re.escape(described)}\s*</", text) is not None
+    return described if described and (controls or (own and topic.startswith("/"))) else own
 
 
 def await_description(client: SimulatorClient, start: str) -> None:
