@@ -112,16 +112,11 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
 
 def _reach(tag: SensorTag, lens: Element | None) -> dict[str, Any]:
     """Return from where to where distances are measured: SDF's clips of depth, or a plugin's."""
-    reach = {"near": (0.0, "mindepth", "pointcloudcutoff")}
-    reach |= {"far": (math.inf, "maxdepth", "pointcloudcutoffmax")}
-    return {
-        f"depth_{end}": value(
-            *(tag.xml, tag.element, tag.label),
-            tag.xml.number(lens, f"depth_camera/clip/{end}", default, tag.label),
-            *names,
-        )
-        for end, (default, *names) in reach.items()
-    }
+    near = tag.xml.number(lens, "depth_camera/clip/near", 0.0, tag.label)
+    far = tag.xml.number(lens, "depth_camera/clip/far", math.inf, tag.label)
+    given = tag.xml, tag.element, tag.label
+    near = value(*given, near, "mindepth", "pointcloudcutoff")
+    return {"depth_near": near, "depth_far": value(*given, far, "maxdepth", "pointcloudcutoffmax")}
 
 
 def _distortion(tag: SensorTag, depth: bool) -> tuple[float, ...]:

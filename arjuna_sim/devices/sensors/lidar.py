@@ -207,10 +207,9 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
     samples = xml.count(across, "samples", 360, label)
     angle_min = xml.number(across, "min_angle", -math.pi, label)
     angle_max = xml.number(across, "max_angle", math.pi, label)
-    # Those of a Velodyne's plugin are within its sensor's.
     range_min = value(xml, tag.element, label, xml.number(ray, "range/min", 0.1, label), "minrange")
-    range_max = xml.number(ray, "range/max", 10.0, label)
-    range_max = min(value(xml, tag.element, label, range_max, "maxrange"), range_max, _RANGE_MAX)
+    range_max = min(xml.number(ray, "range/max", 10.0, label), _RANGE_MAX)
+    range_max = min(value(xml, tag.element, label, range_max, "maxrange"), range_max)  # Velodyne's
     if not 1 <= samples <= _BEAMS_MAX:
         raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
     if not angle_min < angle_max and samples > 1:

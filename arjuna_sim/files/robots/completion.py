@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.drive_kinds import is_upright
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
     Inertial,
@@ -34,7 +35,6 @@ _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
 _GROUND = 1.0  # friction of a ground that names none, in SDF: the lower of two holds
-_LEVEL, _UPRIGHT = 0.3, 0.7  # part of an axis along z, of a wheel and of a trailer's hinge
 _PULLED = 2.0  # the weight that motors without a torque pull, `torque_of`: more friction holds them
 
 
@@ -218,10 +218,11 @@ def _trailed(urdf: Urdf) -> set[str]:
     axles: dict[str, list[str]] = {}
     for name, wheel in urdf.joints.items():
         hinge = next((j for j in urdf.above(wheel.parent) if j.kind != "fixed"), None)
-        level = wheel.kind == "continuous" and abs(float(axis(urdf, name)[2])) < _LEVEL
-        if level and hinge is not None and abs(float(axis(urdf, hinge.name)[2])) > _UPRIGHT:
+        # The axis of a wheel is within 17 degrees of level.
+        rolls = wheel.kind == "continuous" and abs(float(axis(urdf, name)[2])) < 0.3
+        if rolls and hinge is not None and is_upright(urdf, hinge):
             axles.setdefault(hinge.name, []).append(wheel.child)
-    found = {link for links in axles.values() if len(links) > 1 for link in links}
+    found = (link for links in axles.values() if len(links) > 1 for link in links)
     return {link for link in found if _CASTER.search(link) is None}
 
 

@@ -211,7 +211,6 @@ def _as_plugin(
     for side, joints in lists.items():
         for joint in joints:
             SubElement(made, f"{side}_joint").text = joint
-    has_tf = kind != "tricycle_controller"  # by default
     stamped = values.get("use_stamped_vel", True) is not False
     command += "" if stamped else "_unstamped"
     before = _frame_prefix(plugin, values) if kind in _PREFIXING else ""
@@ -222,7 +221,7 @@ def _as_plugin(
         "update_rate": _number(values, "publish_rate"),
         "odometry_frame": before + str(values.get("odom_frame_id", "odom")),
         "robot_base_frame": before + str(values.get("base_frame_id", before and "base_link")),
-        "publish_odom_tf": str(values.get("enable_odom_tf", has_tf)).lower(),
+        "publish_odom_tf": str(values.get("enable_odom_tf", "tricycle" not in kind)).lower(),
         "command_topic": _topic(plugin, name, command),
         "odometry_topic": _topic(plugin, name, odometry),
         "stamped": str(stamped).lower(),

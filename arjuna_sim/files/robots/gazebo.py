@@ -85,9 +85,9 @@ class TagReader:
     def sensors(self) -> tuple[SensorSettings, ...]:
         """Return the sensors, the primary ones first."""
         found = [dataclasses.replace(s, **self._renamed.get(s.name, {})) for s in self._sensors]
-        told = [s for s in found if s.name in self._broadcast]
-        found = [*(dataclasses.replace(s, **self._broadcast[s.name]) for s in told), *found]
-        return tuple(with_primary_first(self._xml, self._urdf, found))
+        told, own = self._broadcast, found
+        found = [dataclasses.replace(s, **told[s.name]) for s in own if s.name in told]
+        return tuple(with_primary_first(self._xml, self._urdf, [*found, *own]))
 
     def _plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
@@ -132,8 +132,8 @@ class TagReader:
             self._reports(plugin, f"plugin '{name}'")
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
-                told = "its <parameters> name no controllers; a spawner's --param-file is not read"
-                self._xml.note(f"plugin '{name}': {told}")
+                told = "name no controllers; a spawner's --param-file is not read"
+                self._xml.note(f"plugin '{name}': its <parameters> {told}")
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self._sensor(SensorTag(self._xml, plugin, body), truth)

@@ -184,7 +184,7 @@ def _check_wheels(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> None:
             off = eccentricity(urdf, name)
             xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
     if backward:
-        turns = "axes point to the right, so that Gazebo would roll them backward; here they do not"
+        turns = "axes point to the right: Gazebo would roll them backward; here they roll ahead"
         xml.note(f"joint {', '.join(map(repr, backward))}: {turns}")
 
 

@@ -96,13 +96,12 @@ class SdfJoint:
     def dynamics(self, axis: Element) -> dict[str, Any]:
         """Return its damping, its dry friction and its spring, none of which pushes."""
         label = f"joint '{self.element.get('name', '?')}'"
-
-        def read(tag: str) -> float:
-            return self.file.number(axis, f"dynamics/{tag}", 0.0, label)
-
-        found = {"damping": "damping", "friction": "friction", "stiffness": "spring_stiffness"}
-        least = {key: max(0.0, read(tag)) for key, tag in found.items()}
-        return {**least, "spring_at": read("spring_reference")}
+        damping, friction, stiffness, spring_at = (
+            self.file.number(axis, f"dynamics/{tag}", 0.0, label)
+            for tag in ("damping", "friction", "spring_stiffness", "spring_reference")
+        )
+        found = {"damping": damping, "friction": friction, "stiffness": stiffness}
+        return {**{key: max(0.0, each) for key, each in found.items()}, "spring_at": spring_at}
 
 
 class ModelReader:

@@ -98,15 +98,11 @@ def rigid_groups(
     bodies = _Hanging(_joined(links, fixed, jointed), held, moving)
     free = [(j, a, b) for j, a, b in moving if min(bodies.number(a), bodies.number(b)) >= 0]
     stiff = [one for one in free if not _plays(xml, label, one, links, driven)]
-
-    def hanging() -> _Hanging:
-        pairs = [*fixed, *((a, b) for _, a, b in stiff)]
-        return _Hanging(_joined(links, pairs, jointed), held, moving)
-
-    bodies = hanging() if stiff else bodies
-    if rings := [one for one in free if bodies.number(one[1]) in bodies.rings]:
-        stiff += rings
-        bodies = hanging()
+    for is_last in (False, True):
+        if stiff:
+            pairs = [*fixed, *((a, b) for _, a, b in stiff)]
+            bodies = _Hanging(_joined(links, pairs, jointed), held, moving)
+        stiff += [j for j in free if not is_last and bodies.number(j[1]) in bodies.rings]
     if stiff:
         names = ", ".join(dict.fromkeys(j.name for j, _, _ in stiff))
         xml.note(f"{label}: its links hold together as one body at {names}")

@@ -137,9 +137,8 @@ def create(words: list[str]) -> None:
             resource = Resource(resource_string=chosen.string)
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
-        own = given.remapped.get("__ns", "")
-        space = space_of(own, str(chosen.topic or ""), resource.resource_string)
-        space = chosen.robot_namespace.strip("/") or space
+        named = chosen.robot_namespace.strip("/"), given.remapped.get("__ns", "")
+        space = named[0] or space_of(named[1], chosen.topic or "", resource.resource_string)
         if LAUNCHED in os.environ:
             await_description(client, f"/{space}/robot_".replace("//", "/"))
         request = SpawnEntity.Request(entity_resource=resource, allow_renaming=True)
@@ -152,11 +151,7 @@ def create(words: list[str]) -> None:
 
 
 def space_of(own: str, topic: str, text: str) -> str:
-    """Return a robot's namespace, without slashes: that of who spawns it, or of its description.
-
-    That of its description counts where somebody else's namespace spawns it from there, or where
-    its file puts its controllers there.
-    """
+    """Return a robot's namespace: its spawner's, or that of its description and controllers."""
     own, described = own.strip("/"), topic.strip("/").rpartition("/")[0]
     controls = re.search(rf"<namespace>\s*/?{re.escape(described)}\s*</", text) is not None
     return described if described and (controls or (own and topic.startswith("/"))) else own
