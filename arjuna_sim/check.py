@@ -210,7 +210,8 @@ def _drive_lines(robot: RobotModel) -> Iterator[str]:
     yield f"  drive: {source}"
     if drive.kind is not DriveKind.SIDES:
         yield f"    by {drive.kind.value}"
-    yield f"    left: {', '.join(drive.left)}; right: {', '.join(drive.right)}"
+    left, right = ", ".join(drive.left), ", ".join(drive.right)
+    yield f"    left: {left}; right: {right}" if right else f"    driven: {left}"
     if drive.steering:
         limit = math.degrees(drive.steering_limit)
         yield f"    steers by {', '.join(drive.steering)}, up to {limit:.3g} deg"

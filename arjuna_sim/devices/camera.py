@@ -72,8 +72,8 @@ class Shot:
 
     Attributes:
         color: `(height, width, 3) uint8` RGB, where it was wanted.
-        depth: Distance along the optical axis, +inf for none, `(height, width) float32` [m],
-            where it was wanted.
+        depth: Distance along the optical axis, +inf for none, -inf for what is too near,
+            `(height, width) float32` [m], where it was wanted.
     """
 
     color: Bytes | None
@@ -180,7 +180,8 @@ class Camera:
         """Turn a reversed depth buffer (1 near, 0 far) into metres along the optical axis."""
         near, far = self._settings.near, self._settings.far
         metres = near * far / (near + buffer.astype(np.float64) * (far - near))
-        metres[buffer <= 0.0] = np.inf  # nothing was hit
+        metres[(buffer <= 0.0) | (metres > self._settings.depth_far)] = np.inf  # nothing was hit
+        metres[metres < self._settings.depth_near] = -np.inf
         return metres.astype(np.float32)
 
     def close(self) -> None:

@@ -85,6 +85,8 @@ class Hinge:
         limits: Least and greatest position [rad or m], None where unlimited.
         damping: Per speed [N m s/rad or N s/m].
         friction: Dry friction [N m or N].
+        stiffness: Of a spring, 0 for none [N m/rad or N/m].
+        spring_at: Position at which that is at rest [rad or m].
     """
 
     slides: bool
@@ -93,6 +95,8 @@ class Hinge:
     limits: tuple[float, float] | None = None
     damping: float = 0.0
     friction: float = 0.0
+    stiffness: float = 0.0
+    spring_at: float = 0.0
 
 
 @dataclass(frozen=True)

@@ -30,15 +30,17 @@ def wheel_sign(urdf: Urdf, joint: str) -> float:
     Raises:
         RobotError: The joint's axis does not lie across the robot.
     """
-    across = float(axis(urdf, joint)[1])
+    toward = axis(urdf, joint)
     # A wheel's axis is within 60 degrees of y.
-    if abs(across) < 0.5:
+    if abs(toward[1]) < 0.5:
         why = (
             " (a joint without <axis> has x)" if urdf.joints[joint].axis == (1.0, 0.0, 0.0) else ""
         )
-        problem = f"a wheel's axis must lie across the robot (y){why}"
+        x, y, z = (toward.round(2) + 0.0).tolist()
+        problem = f"a wheel's axis must lie across the robot (y){why}, and not along"
+        problem += f" ({x:g}, {y:g}, {z:g}) as by its <origin> and <axis>"
         raise RobotError(urdf.path, problem, f"joint '{joint}'")
-    return 1.0 if across > 0.0 else -1.0
+    return 1.0 if toward[1] > 0.0 else -1.0
 
 
 def rolling_direction(urdf: Urdf, joint: str) -> Floats:

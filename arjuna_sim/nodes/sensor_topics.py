@@ -66,8 +66,9 @@ def _scan(sensor: LidarSettings, reading: Any, now: float) -> LaserScan:
 
 @publishes(CloudSettings, PointCloud2)
 def _cloud(sensor: CloudSettings, reading: Cloud, now: float) -> PointCloud2:
+    dark = np.zeros(len(reading.points), np.float32)  # as of what has no `laser_retro` in Gazebo
     rows = {} if reading.rows is None else {"ring": reading.rows}
-    return cloud_msg(reading.points, sensor.frame, now, rows)
+    return cloud_msg(reading.points, sensor.frame, now, {"intensity": dark, **rows})
 
 
 @publishes(RangeSettings, Range)

@@ -89,6 +89,7 @@ def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
     # [N m s/rad] A door that was pushed comes to rest.
     joint.damping[0] = max(hinge.damping, 0.1)
     joint.frictionloss = hinge.friction
+    joint.stiffness[0], joint.springref = hinge.stiffness, hinge.spring_at
     if hinge.limits is not None:
         joint.limited, joint.range = True, hinge.limits
 

@@ -5,11 +5,11 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, remappings, text_of
+from arjuna_sim.files.tag_text import plain, remappings, text_of, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -28,6 +28,8 @@ class CameraSettings(SensorSettings):
         info_topic: Topic of its calibration; "" for `camera_info` beside the colours.
         noise: Standard deviation of each colour of a pixel, of 1.
         distortion: k1, k2, p1, p2 and k3 of its lens; none for an ideal one.
+        depth_near: It measures no less [m].
+        depth_far: And no more [m].
     """
 
     TITLE: ClassVar[str] = "camera"
@@ -46,6 +48,8 @@ class CameraSettings(SensorSettings):
     info_topic: str = ""
     noise: float = 0.0
     distortion: tuple[float, ...] = ()
+    depth_near: float = 0.0
+    depth_far: float = math.inf
 
     @property
     def title(self) -> str:
@@ -55,7 +59,8 @@ class CameraSettings(SensorSettings):
     def details(self) -> str:
         """Return size, field of view and distances."""
         view = math.degrees(self.horizontal_fov)
-        return f"{self.width} x {self.height}, {view:.1f} deg, {self.near:g} to {self.far:g} m"
+        near, far = max(self.near, self.depth_near), min(self.far, self.depth_far)
+        return f"{self.width} x {self.height}, {view:.1f} deg, {near:g} to {far:g} m"
 
     def standard(self) -> CameraSettings:
         """Return it with the standard topics."""
@@ -95,6 +100,7 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
         depth=depth,
         noise=tag.deviation("camera/noise") or 0.0,
         distortion=_distortion(tag, depth),
+        **(_reach(tag, lens) if depth else {}),
     )
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
         size = f"{settings.width} x {settings.height}"
@@ -102,6 +108,15 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
     if not 0.0 < settings.near < settings.far:
         raise tag.fail(f"<clip> {settings.near} to {settings.far} must be 0 < near < far")
     return settings
+
+
+def _reach(tag: SensorTag, lens: Element | None) -> dict[str, Any]:
+    """Return from where to where distances are measured: SDF's clips of depth, or a plugin's."""
+    near = tag.xml.number(lens, "depth_camera/clip/near", 0.0, tag.label)
+    far = tag.xml.number(lens, "depth_camera/clip/far", math.inf, tag.label)
+    given = tag.xml, tag.element, tag.label
+    near = value(*given, near, "mindepth", "pointcloudcutoff")
+    return {"depth_near": near, "depth_far": value(*given, far, "maxdepth", "pointcloudcutoffmax")}
 
 
 def _distortion(tag: SensorTag, depth: bool) -> tuple[float, ...]:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 
 from arjuna_core.config import fixed, share_param
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain
+from arjuna_sim.files.tag_text import plain, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -136,7 +136,8 @@ def read_sonar(tag: SensorTag) -> list[RangeSettings]:
     Raises:
         RobotError: A value is invalid.
     """
-    cone = tag.element.find("sonar")
+    if (cone := tag.element.find("sonar")) is None:
+        tag.note("lacks <sonar>: it reaches 1 m, as Gazebo's, in a cone of 0.5 m radius")
     low, high, radius = (
         tag.xml.number(cone, key, default, tag.label)
         for key, default in (("min", 0.0), ("max", 1.0), ("radius", 0.5))
@@ -206,8 +207,9 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
     samples = xml.count(across, "samples", 360, label)
     angle_min = xml.number(across, "min_angle", -math.pi, label)
     angle_max = xml.number(across, "max_angle", math.pi, label)
-    range_min = xml.number(ray, "range/min", 0.1, label)
+    range_min = value(xml, tag.element, label, xml.number(ray, "range/min", 0.1, label), "minrange")
     range_max = min(xml.number(ray, "range/max", 10.0, label), _RANGE_MAX)
+    range_max = min(value(xml, tag.element, label, range_max, "maxrange"), range_max)  # Velodyne's
     if not 1 <= samples <= _BEAMS_MAX:
         raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
     if not angle_min < angle_max and samples > 1:

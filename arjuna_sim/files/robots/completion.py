@@ -10,6 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
+from arjuna_sim.files.robots.drive_kinds import is_upright
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
     Inertial,
@@ -24,7 +25,7 @@ from arjuna_sim.model.geometry.shapes import (
 from arjuna_sim.model.robot import ANCHOR
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Link, Urdf
-from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, axis, center, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
@@ -194,7 +195,7 @@ def friction_of(
         friction |= dict.fromkeys(held, _GROUND)
     lowest = {n: found for n in urdf.links if (found := _lowest(urdf, n)) is not None}
     ground = _ground(urdf, drive)
-    carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g}
+    carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g} - _trailed(urdf)
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
     for name, (low, shape) in lowest.items():
         is_ball = shape is Kind.SPHERE
@@ -210,6 +211,19 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _trailed(urdf: Urdf) -> set[str]:
+    """Return the wheels of trailers, which grip: those of an axle that swings about a hinge."""
+    axles: dict[str, list[str]] = {}
+    for name, wheel in urdf.joints.items():
+        hinge = next((j for j in urdf.above(wheel.parent) if j.kind != "fixed"), None)
+        # The axis of a wheel is within 17 degrees of level.
+        rolls = wheel.kind == "continuous" and abs(float(axis(urdf, name)[2])) < 0.3
+        if rolls and hinge is not None and is_upright(urdf, hinge):
+            axles.setdefault(hinge.name, []).append(wheel.child)
+    found = (link for links in axles.values() if len(links) > 1 for link in links)
+    return {link for link in found if _CASTER.search(link) is None}
 
 
 def _turns_by_sliding(urdf: Urdf, drive: DriveSettings) -> bool:

@@ -29,6 +29,7 @@ _AXLE = re.compile(r"(front|rear|back)_(left|right)_(axle|steering)_joint(_name)
 _WHEELS = ("wheel_names", "traction_joints_names", "traction_joint_name", "rear_wheels_names")
 _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names")
 _RADII = tuple(f"{part}wheels_radius" for part in ("", "traction_", "rear_", "front_"))
+_PREFIXING = ("diff_drive_controller", "omni_wheel_drive_controller")
 _READ_LIMITS = ("velocity", "acceleration", "jerk")
 
 
@@ -59,6 +60,18 @@ def parameters_of_controllers(xml: XmlFile, plugin: Element) -> dict[str, dict[s
             found.setdefault(_own(section), {}).update(values)
     return {
         name: each for name, each in found.items() if name and isinstance(each.get("type"), str)
+    }
+
+
+def broadcasts(xml: XmlFile, plugin: Element) -> dict[str, dict[str, Any]]:
+    """Return the topics and frames of what controllers publish of sensors, by these' names."""
+    return {
+        str(values.get("sensor_name")): {
+            "topic": _topic(plugin, name, "imu"),
+            "frame": str(values.get("frame_id", "")),
+        }
+        for name, values in parameters_of_controllers(xml, plugin).items()
+        if values["type"].endswith("IMUSensorBroadcaster")
     }
 
 
@@ -200,14 +213,15 @@ def _as_plugin(
             SubElement(made, f"{side}_joint").text = joint
     stamped = values.get("use_stamped_vel", True) is not False
     command += "" if stamped else "_unstamped"
+    before = _frame_prefix(plugin, values) if kind in _PREFIXING else ""
     radii = (_number(v, key) for v in (values, below(values, "kinematics")) for key in _RADII)
     found = {
         "wheel_separation": _product(values, "wheel_separation"),
         "wheel_radius": _product(values, "wheel_radius") or next(filter(None, radii), None),
         "update_rate": _number(values, "publish_rate"),
-        "odometry_frame": values.get("odom_frame_id"),
-        "robot_base_frame": values.get("base_frame_id"),
-        "publish_odom_tf": str(values.get("enable_odom_tf", True)).lower(),
+        "odometry_frame": before + str(values.get("odom_frame_id", "odom")),
+        "robot_base_frame": before + str(values.get("base_frame_id", before and "base_link")),
+        "publish_odom_tf": str(values.get("enable_odom_tf", "tricycle" not in kind)).lower(),
         "command_topic": _topic(plugin, name, command),
         "odometry_topic": _topic(plugin, name, odometry),
         "stamped": str(stamped).lower(),
@@ -317,6 +331,17 @@ def _number(values: Mapping[str, Any], key: str, sign: float = 1.0) -> float | N
 def _product(values: dict[str, Any], key: str) -> float | None:
     length = _number(values, key)
     return None if length is None else length * (_number(values, f"{key}_multiplier") or 1.0)
+
+
+def _frame_prefix(plugin: Element, values: Mapping[str, Any]) -> str:
+    """Return what stands before a controller's frames: its namespace, or what the file says.
+
+    Source: ros2_controllers, diff_drive_controller, Humble to Jazzy.
+    """
+    if values.get("tf_frame_prefix_enable", True) is False:
+        return ""
+    named = values.get("tf_frame_prefix") or text_of(plugin, "robotnamespace", "namespace")
+    return f"{str(named).strip('/')}/".lstrip("/")
 
 
 def _topic(plugin: Element, node: str, topic: str) -> str:

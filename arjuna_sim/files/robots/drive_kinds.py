@@ -125,7 +125,7 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
             or (joint.kind == "revolute" and _is_above(urdf, joint))
         )
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
-        and _is_upright(urdf, joint)
+        and is_upright(urdf, joint)
     )
 
 
@@ -134,10 +134,11 @@ def trails(urdf: Urdf, wheel: str) -> bool:
     joint = next(urdf.above(urdf.joints[wheel].parent), None)
     if joint is None or joint.kind != "continuous":
         return False
-    return _is_upright(urdf, joint) and not _is_above(urdf, joint)
+    return is_upright(urdf, joint) and not _is_above(urdf, joint)
 
 
-def _is_upright(urdf: Urdf, joint: Joint) -> bool:
+def is_upright(urdf: Urdf, joint: Joint) -> bool:
+    """Return whether a joint turns about the vertical, or nearly."""
     return abs(float(axis(urdf, joint.name)[2])) > _UPRIGHT
 
 
@@ -158,7 +159,7 @@ def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettin
 
     Where no plugin names the driven wheels, those drive that are not steered, if there are any.
     """
-    named = tuple(n for n in drive.steering if _is_upright(urdf, urdf.joints[n]))
+    named = tuple(n for n in drive.steering if is_upright(urdf, urdf.joints[n]))
     steering = named or steering_joints(urdf)
     if not steering or not drive.wheels:
         return None

@@ -9,7 +9,11 @@ from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
-from arjuna_sim.files.robots.controllers import drive_of_controllers, parameters_of_controllers
+from arjuna_sim.files.robots.controllers import (
+    broadcasts,
+    drive_of_controllers,
+    parameters_of_controllers,
+)
 from arjuna_sim.files.robots.drive_kinds import joined
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin
 from arjuna_sim.files.robots.plugins import (
@@ -70,6 +74,7 @@ class TagReader:
         self.truths: dict[str, str] = {}
         self._sensors: list[SensorSettings] = []
         self._renamed: dict[str, dict[str, Any]] = {}
+        self._broadcast: dict[str, dict[str, Any]] = {}
         published = {text_of(p, "bodyname") for p in tags.plugins if "imu" in _type(p)}
         for item in tags.items:
             if isinstance(item, PluginTag):
@@ -80,12 +85,15 @@ class TagReader:
     def sensors(self) -> tuple[SensorSettings, ...]:
         """Return the sensors, the primary ones first."""
         found = [dataclasses.replace(s, **self._renamed.get(s.name, {})) for s in self._sensors]
-        return tuple(with_primary_first(self._xml, self._urdf, found))
+        told, own = self._broadcast, found
+        found = [dataclasses.replace(s, **told[s.name]) for s in own if s.name in told]
+        return tuple(with_primary_first(self._xml, self._urdf, [*found, *own]))
 
     def _plugin(self, plugin: Element, link: str | None) -> None:
         """Take a plugin."""
         xml, urdf = self._xml, self._urdf
         controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
+        self._broadcast |= broadcasts(xml, plugin)
         driving = plugin if controlled is None else controlled
         told = any(each in _type(plugin).replace("-", "") for each in _TRUE)
         drive = None if told else read_drive(xml, driving, urdf)
@@ -124,7 +132,8 @@ class TagReader:
             self._reports(plugin, f"plugin '{name}'")
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
-                self._xml.note(f"plugin '{name}': its controllers move no wheels of two sides")
+                told = "name no controllers; a spawner's --param-file is not read"
+                self._xml.note(f"plugin '{name}': its <parameters> {told}")
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self._sensor(SensorTag(self._xml, plugin, body), truth)

@@ -156,14 +156,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     if not drive.grips:
         for text in tags.uneven:
             xml.note(text)
-    for name in drive.wheels:
-        if urdf.joints[name].kind != "continuous":
-            raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
-        if drive.kind is not DriveKind.OMNI:
-            wheel_sign(urdf, name)
-        if not is_round(urdf, name):
-            off = eccentricity(urdf, name)
-            xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
+    _check_wheels(xml, urdf, drive)
     urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)
@@ -177,6 +170,22 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         **control._asdict(),
     )
     return RobotModel(urdf, settings, drive, tuple(xml.notes), start)
+
+
+def _check_wheels(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> None:
+    """Refuse wheels that cannot drive, and note those that drive otherwise than in Gazebo."""
+    backward: list[str] = []
+    for name in drive.wheels:
+        if urdf.joints[name].kind != "continuous":
+            raise xml.fail(f"joint '{name}'", "drives a wheel, so its type must be 'continuous'")
+        if drive.kind is not DriveKind.OMNI and wheel_sign(urdf, name) < 0.0 and drive.plugin:
+            backward.append(name)
+        if not is_round(urdf, name):
+            off = eccentricity(urdf, name)
+            xml.note(f"joint '{name}': is {off:.2g} m off the middle of its wheel, which so limps")
+    if backward:
+        turns = "axes point to the right: Gazebo would roll them backward; here they roll ahead"
+        xml.note(f"joint {', '.join(map(repr, backward))}: {turns}")
 
 
 def _driven(

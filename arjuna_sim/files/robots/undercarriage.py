@@ -198,10 +198,12 @@ def _row(urdf: Urdf, link: str) -> list[_Wheel]:
             part.shape.kind is Kind.CYLINDER and abs(float(pose.rotation()[1, 2])) > 0.9
         ):
             ends.append((pose.position[0], pose.position[2], part.shape.size[0]))
-    if not ends:
-        radius = float(min(high[2] - low[2], high[0] - low[0])) / 2
-        z = float(low[2]) + radius
-        ends = [(float(low[0]) + radius, z, radius), (float(high[0]) - radius, z, radius)]
+    radius = float(min(high[2] - low[2], high[0] - low[0])) / 2
+    rear, front, z = float(low[0]) + radius, float(high[0]) - radius, float(low[2]) + radius
+    first, last = (min(ends)[0], max(ends)[0]) if ends else (math.inf, -math.inf)
+    # What reaches beyond its round shapes by more than a tenth of its radius is track, too.
+    ends += [(rear, z, radius)] if rear < first - 0.1 * radius else []
+    ends += [(front, z, radius)] if front > last + 0.1 * radius else []
     found = sorted(set(ends))
     row = found[:1]
     for a, b in itertools.pairwise(found):

@@ -6,6 +6,7 @@ import re
 from collections.abc import Iterator
 from contextlib import AbstractContextManager, nullcontext
 from dataclasses import dataclass, field, replace
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.pose3 import Pose3
@@ -91,6 +92,16 @@ class SdfJoint:
     def name(self) -> str:
         """Its path from the model of the world."""
         return self.prefix + self.element.get("name", "?")
+
+    def dynamics(self, axis: Element) -> dict[str, Any]:
+        """Return its damping, its dry friction and its spring, none of which pushes."""
+        label = f"joint '{self.element.get('name', '?')}'"
+        damping, friction, stiffness, spring_at = (
+            self.file.number(axis, f"dynamics/{tag}", 0.0, label)
+            for tag in ("damping", "friction", "spring_stiffness", "spring_reference")
+        )
+        found = {"damping": damping, "friction": friction, "stiffness": stiffness}
+        return {**{key: max(0.0, each) for key, each in found.items()}, "spring_at": spring_at}
 
 
 class ModelReader:

@@ -45,8 +45,7 @@ def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
         (a, b, c),
         (float(x), float(y), float(z)),
         None if joint.kind == "continuous" else _limits(xml, axis, label),
-        max(0.0, xml.number(axis, "dynamics/damping", 0.0, label)),
-        max(0.0, xml.number(axis, "dynamics/friction", 0.0, label)),
+        **joint.dynamics(axis),
     )
 
 
@@ -98,13 +97,15 @@ def rigid_groups(
     jointed = {i for pair in (*fixed, *((a, b) for _, a, b in moving)) for i in pair}
     bodies = _Hanging(_joined(links, fixed, jointed), held, moving)
     free = [(j, a, b) for j, a, b in moving if min(bodies.number(a), bodies.number(b)) >= 0]
-    stiff = [(a, b) for j, a, b in free if not _plays(xml, label, j, (links[a], links[b]), driven)]
+    stiff = [one for one in free if not _plays(xml, label, one, links, driven)]
+    for is_last in (False, True):
+        if stiff:
+            pairs = [*fixed, *((a, b) for _, a, b in stiff)]
+            bodies = _Hanging(_joined(links, pairs, jointed), held, moving)
+        stiff += [j for j in free if not is_last and bodies.number(j[1]) in bodies.rings]
     if stiff:
-        bodies = _Hanging(_joined(links, [*fixed, *stiff], jointed), held, moving)
-    if rings := [(a, b) for _, a, b in free if bodies.number(a) in bodies.rings]:
-        bodies = _Hanging(_joined(links, [*fixed, *stiff, *rings], jointed), held, moving)
-    if stiff or rings:
-        xml.note(f"{label}: its links hold together as one body")
+        names = ", ".join(dict.fromkeys(j.name for j, _, _ in stiff))
+        xml.note(f"{label}: its links hold together as one body at {names}")
     return _groups_of(xml, label, links, bodies)
 
 
@@ -186,15 +187,16 @@ class _Hanging:
 def _plays(
     xml: XmlFile,
     label: str,
-    joint: SdfJoint,
-    links: tuple[SdfLink, SdfLink],
+    connection: tuple[SdfJoint, int, int],
+    links: list[SdfLink],
     driven: Collection[str],
 ) -> bool:
-    """Return whether a joint lets the one of two links move by the other."""
+    """Return whether a joint lets the one of its two links move by the other."""
+    joint, one, other = connection
     is_free = joint.kind in SWINGING and joint.name not in driven
-    if not is_free or not all(link.solid for link in links):
+    if not is_free or not (links[one].solid and links[other].solid):
         return False
-    return _on_hinge(xml, label, [links[1]], [joint], None).hinge is not None
+    return _on_hinge(xml, label, [links[other]], [joint], None).hinge is not None
 
 
 def _stands(link: SdfLink) -> bool:

@@ -236,22 +236,15 @@ def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
     kind = fixed.kind
     if kind == "revolute" and low <= -UNLIMITED and high >= UNLIMITED:
         kind = "continuous"
-    damping, friction, stiffness = (
-        max(0.0, xml.number(axis, f"dynamics/{key}", 0.0, label))
-        for key in ("damping", "friction", "spring_stiffness")
-    )
     return dataclasses.replace(
         fixed,
         kind=kind,
         axis=(x, y, z),
         limits=None if kind == "continuous" else (low, high),
         mimic=_mimic(joint, axis, label),
-        damping=damping,
-        friction=friction,
         max_speed=limit_of(axis.findtext("limit/velocity")),
         max_effort=limit_of(axis.findtext("limit/effort")),
-        stiffness=stiffness,
-        spring_at=xml.number(axis, "dynamics/spring_reference", 0.0, label),
+        **joint.dynamics(axis),
     )
 
 

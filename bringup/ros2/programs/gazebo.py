@@ -137,10 +137,8 @@ def create(words: list[str]) -> None:
             resource = Resource(resource_string=chosen.string)
         else:
             raise Ros2Error("nothing to spawn; valid: -topic T, -file F, -string TEXT")
-        space = given.remapped.get("__ns", "").strip("/")
-        if space and str(chosen.topic).startswith("/"):  # that of its description is the robot's
-            space = str(chosen.topic).strip("/").rpartition("/")[0] or space
-        space = chosen.robot_namespace.strip("/") or space
+        own, text = given.remapped.get("__ns", ""), resource.resource_string
+        space = chosen.robot_namespace.strip("/") or space_of(own, chosen.topic or "", text)
         if LAUNCHED in os.environ:
             if not space and f">/{chosen.name}/" in _text_of(resource):  # its file's topics
                 is_there = await_description(client, f"/{chosen.name}/robot_")
@@ -159,6 +157,13 @@ def _text_of(resource: Any) -> str:
     path = Path(resource.uri)
     there = resource.uri and path.is_file()
     return resource.resource_string or (read_text(path, 20_000_000) if there else "")
+
+
+def space_of(own: str, topic: str, text: str) -> str:
+    """Return a robot's namespace: its spawner's, or that of its description and controllers."""
+    own, described = own.strip("/"), topic.strip("/").rpartition("/")[0]
+    controls = re.search(rf"<namespace>\s*/?{re.escape(described)}\s*</", text) is not None
+    return described if described and (controls or (own and topic.startswith("/"))) else own
 
 
 def await_description(client: SimulatorClient, start: str) -> bool:

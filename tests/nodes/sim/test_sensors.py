@@ -85,8 +85,8 @@ def test_each_sensor_publishes_its_type_at_its_rate(bench: RosBench, robot: str)
     run(bench, sim, 50)
     assert {topic: len(found) for topic, found in received.items()} == dict.fromkeys(TYPES, 10)
     cloud = received["top/points"][-1]
-    assert [field.name for field in cloud.fields] == ["x", "y", "z", "ring"]
-    assert (cloud.point_step, cloud.row_step) == (14, 14 * cloud.width)
+    assert [field.name for field in cloud.fields] == ["x", "y", "z", "intensity", "ring"]
+    assert (cloud.point_step, cloud.row_step) == (18, 18 * cloud.width)
     assert len(cloud.data) == cloud.row_step > 0
     assert cloud.header.frame_id == "top_link_top"
     assert received["second/data"][-1].linear_acceleration.z == pytest.approx(-9.81, abs=0.1)

@@ -183,7 +183,7 @@ def test_it_has_the_inertia_of_the_box_around_it() -> None:
 
 @pytest.mark.parametrize("limits", [None, (-0.5, 1.0)])
 def test_it_swings_or_slides_as_its_hinge_says(limits: tuple[float, float] | None) -> None:
-    hinge = Hinge(False, (0.0, 0.6, 0.8), (0.1, 0.2, 0.3), limits, 5.0, 2.0)
+    hinge = Hinge(False, (0.0, 0.6, 0.8), (0.1, 0.2, 0.3), limits, 5.0, 2.0, 3.0, 0.4)
     model = spawned(replace(CRATE, hinge=hinge))
     body = model.body(CRATE.body)
     joint = int(body.jntadr[0])
@@ -193,6 +193,8 @@ def test_it_swings_or_slides_as_its_hinge_says(limits: tuple[float, float] | Non
     assert bool(model.jnt_limited[joint]) is (limits is not None)
     assert limits is None or model.jnt_range[joint] == pytest.approx(limits)
     rate = int(model.jnt_dofadr[joint])
+    assert model.jnt_stiffness[joint] == 3.0
+    assert model.qpos_spring[model.jnt_qposadr[joint]] == 0.4
     assert (model.dof_damping[rate], model.dof_frictionloss[rate]) == (5.0, 2.0)
     loose = spawned(replace(CRATE, hinge=replace(hinge, slides=True, damping=0.0, friction=0.0)))
     assert loose.jnt_type[joint] != model.jnt_type[joint]

@@ -103,6 +103,27 @@ def test_only_a_robot_is_waited_for(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("own", "topic", "controls", "space"),
+    [
+        ("", "robot_description", "", ""),
+        ("/a", "robot_description", "", "a"),
+        ("/a", "/b/robot_description", "", "b"),
+        ("/a", "/robot_description", "", "a"),
+        ("", "/b/robot_description", "", ""),
+        ("", "/b/robot_description", "/b", "b"),
+        ("", "b/robot_description", "b", "b"),
+        ("", "/b/robot_description", "/c", ""),
+        ("/a", "", "/b", "a"),
+    ],
+)
+def test_a_robot_is_in_the_namespace_of_its_controllers(
+    own: str, topic: str, controls: str, space: str
+) -> None:
+    text = f"<plugin><ros><namespace>{controls}</namespace></ros></plugin>"
+    assert gazebo.space_of(own, topic, text) == space
+
+
+@pytest.mark.parametrize(
     ("words", "world"),
     [
         ("-r -s /tmp/playground.sdf", "/tmp/playground.sdf"),

@@ -53,6 +53,28 @@ def test_tags_say_size_view_and_distances() -> None:
     assert (found.near, found.far, found.rate, found.depth) == (0.2, 9.0, 5.0, True)
 
 
+_CLIP = "<clip><near>0.3</near><far>8</far></clip>"
+
+
+@pytest.mark.parametrize(
+    ("inside", "depth", "reach"),
+    [
+        ("", True, (0.0, math.inf)),
+        (f"<camera><depth_camera>{_CLIP}</depth_camera></camera>", True, (0.3, 8.0)),
+        ("<plugin><min_depth>0.4</min_depth><max_depth>3</max_depth></plugin>", True, (0.4, 3.0)),
+        ("<plugin><pointCloudCutoff>0.5</pointCloudCutoff></plugin>", True, (0.5, math.inf)),
+        (f"<camera><depth_camera>{_CLIP}</depth_camera></camera>", False, (0.0, math.inf)),
+    ],
+)
+def test_distances_have_a_reach_of_their_own(
+    inside: str, depth: bool, reach: tuple[float, float]
+) -> None:
+    found = read(inside, depth)
+    assert (found.depth_near, found.depth_far) == reach
+    assert (found.near, found.far) == (0.05, 100.0)
+    assert found.details().endswith(f" {max(0.05, reach[0]):g} to {min(100.0, reach[1]):g} m")
+
+
 @pytest.mark.parametrize(
     ("tag", "value", "problem"),
     [
@@ -331,6 +353,22 @@ def test_unknown_camera_is_none_and_noted(tmp_path: Path) -> None:
     sim = simulator(ROOM, robot=edited(ROBOT, tmp_path, 'type="camera"', 'type="thermal"'))
     assert any("'thermal' is not simulated" in note for note in sim.notes)
     assert sim.robot.model.settings.first(CameraSettings) is None
+
+
+def test_no_distance_is_beyond_its_reach(tmp_path: Path) -> None:
+    clip = "<camera><depth_camera><clip><near>1</near><far>2</far></clip></depth_camera>"
+    text = ROBOT.read_text("utf-8").replace('type="camera"', 'type="depth"')
+    short = tmp_path / "short.urdf"
+    short.write_text(text.replace("<camera>", clip, 1), "utf-8")
+    seen = []
+    for sim in (simulator(ROOM), simulator(ROOM, robot=short)):
+        _picture(sim)
+        seen.append(_depth(sim))
+        sim.close()
+    wide, cut = seen
+    assert wide.min() < 1.0 < 2.0 < wide[np.isfinite(wide)].max()
+    expected = np.where(wide < 1.0, -np.inf, np.where(wide > 2.0, np.inf, wide))
+    assert np.array_equal(cut, expected)
 
 
 def test_camera_follows_what_is_spawned() -> None:

@@ -21,7 +21,7 @@ from arjuna_sim.devices.sensors.lidar import (
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.model.urdf import Urdf
-from tests.sim.builders import urdf_file
+from tests.sim.builders import texts, urdf_file
 
 HALF_PI = math.pi / 2
 URDF = Urdf(Path("r.urdf"), "r", "", "mast")
@@ -156,6 +156,15 @@ def test_a_plugin_names_what_is_published(plugin: str, kind: type[SensorSettings
             assert said.infrared is (radiation == "INFRARED")
 
 
+def test_a_velodyne_s_plugin_sees_within_its_sensor_s_range() -> None:
+    given = "<plugin><min_range>0.9</min_range><max_range>{}</max_range></plugin>"
+    ray = "<ray><range><min>0.3</min><max>100</max></range></ray>"
+    for most, seen in ((50, 50.0), (200, 100.0)):
+        (found,) = read_lidar(element(ray + given.format(most)))
+        assert isinstance(found, LidarSettings)
+        assert (found.range_min, found.range_max) == (0.9, seen)
+
+
 def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
     def received(inside: str) -> RangeSettings:
         return read_sonar(element(f"<sonar>{inside}</sonar>"))[0]
@@ -171,6 +180,9 @@ def test_a_sonar_is_a_cone_as_wide_as_its_radius_at_its_reach() -> None:
     for bad in ("<min>-1</min>", "<min>1</min>", "<radius>0</radius>"):
         with pytest.raises(RobotError, match=r"<sonar> .* is none"):
             received(bad)
+    bare = element("<range><max>2</max></range>")
+    assert (read_sonar(bare)[0].range_min, read_sonar(bare)[0].range_max) == (0.0, 1.0)
+    assert "lacks <sonar>" in texts(bare.xml.notes)[0]
 
 
 def test_the_surroundings_are_shown_by_the_first_lidar_that_sees_much() -> None:

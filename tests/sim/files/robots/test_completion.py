@@ -280,6 +280,28 @@ def test_a_bracket_above_its_caster_s_wheel_does_not_slide() -> None:
     assert texts(xml.notes) == ()
 
 
+@pytest.mark.parametrize(
+    ("names", "along", "slide"),
+    [
+        (("a", "b"), (0.0, 0.0, 1.0), False),
+        (("a",), (0.0, 0.0, 1.0), True),  # a caster's, whatever its name
+        (("a_caster", "b_caster"), (0.0, 0.0, 1.0), True),
+        (("a", "b"), (0.0, 1.0, 0.0), True),  # a rocker's
+    ],
+)
+def test_only_the_wheels_of_a_trailer_grip(
+    names: tuple[str, ...], along: tuple[float, float, float], slide: bool
+) -> None:
+    parts = (link("base", CUBE), link("wheel", TYRE), Link("hitch", None, (), ()))
+    urdf = robot(*parts, link("trailer"), *(link(n, TYRE) for n in names))
+    joints = dict(urdf.joints)
+    joints["hitch"] = dataclasses.replace(joints["hitch"], kind="revolute", axis=along)
+    joints["trailer"] = dataclasses.replace(joints["trailer"], kind="fixed", parent="hitch")
+    joints |= {n: dataclasses.replace(joints[n], parent="trailer") for n in names}
+    found = friction_of(urdf_file(), dataclasses.replace(urdf, joints=joints), {}, DRIVE)
+    assert set(names) & found.keys() == (set(names) if slide else set())
+
+
 def test_what_the_file_says_of_a_caster_is_kept() -> None:
     assert friction(said={"skid": 0.3})[0] == {"skid": 0.3}
     wheels = friction(said={"wheel": 0.2})[0]

@@ -18,7 +18,7 @@ from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from tests.sim.builders import texts
-from tests.sim.drive_cases import Robot, control, four
+from tests.sim.drive_cases import Robot, control, four, tricycle
 
 _JOINTS = {
     f"{side}_wheel_names": [f"{end}_{side}_wheel_joint" for end in ("front", "rear")]
@@ -125,6 +125,51 @@ def test_limits_that_are_switched_off_or_none_do_not_count(
     drive = _drive(tmp_path, _file("name", {**_JOINTS, "linear": linear}, dotted=False))
     assert (drive.max_velocity, drive.max_reverse, drive.max_acceleration) == expected
     assert drive.command_timeout is None
+
+
+@pytest.mark.parametrize(("space", "named"), [("", "unit"), ("/a", "unit"), ("", "other")])
+def test_an_imu_broadcaster_publishes_beside_its_sensor(
+    tmp_path: Path, space: str, named: str
+) -> None:
+    kind = {"type": "imu_sensor_broadcaster/IMUSensorBroadcaster"}
+    own = {"ros__parameters": {"sensor_name": named, "frame_id": "eye"}}
+    tag, files = control(
+        yaml.safe_dump({"controller_manager": {"ros__parameters": {"wit": kind}}, "wit": own})
+    )
+    tag = tag.replace("</plugin>", f"<ros><namespace>{space}</namespace></ros></plugin>")
+    tag += "<gazebo reference='base'><sensor name='unit' type='imu'><topic>raw</topic></sensor>"
+    path = Robot(four(), f"{tag}</gazebo>", files=files).write(tmp_path)
+    found = [(s.topic, s.frame) for s in load_robot(path, SearchPath()).settings.sensors]
+    broadcast = [(f"{space}/wit/imu", "eye")] if named == "unit" else []
+    assert found == [*broadcast, ("raw", "base")]
+
+
+@pytest.mark.parametrize(
+    ("space", "given", "before"),
+    [
+        ("", {}, ""),
+        ("/a/b", {}, "a/b/"),
+        ("/a", {"tf_frame_prefix": "c"}, "c/"),
+        ("", {"tf_frame_prefix": "/c/"}, "c/"),
+        ("/a", {"tf_frame_prefix_enable": False, "tf_frame_prefix": "c"}, ""),
+        ("/a", {"type": "mecanum_drive_controller/MecanumDriveController"}, ""),
+    ],
+)
+def test_a_diff_drive_controller_puts_its_namespace_before_its_frames(
+    tmp_path: Path, space: str, given: dict[str, Any], before: str
+) -> None:
+    manager = {"ros__parameters": {"base": {"type": given.get("type", _TYPE)}}}
+    own = {"ros__parameters": {**_JOINTS, "base_frame_id": "base", **given}}
+    tag, files = control(yaml.safe_dump({"controller_manager": manager, "base": own}))
+    tag = tag.replace("</plugin>", f"<ros><namespace>{space}</namespace></ros></plugin>")
+    drive = load_robot(Robot(four(), tag, files=files).write(tmp_path), SearchPath()).drive
+    assert (drive.odometry_frame, drive.base_frame) == (f"{before}odom", f"{before}base")
+
+
+def test_a_tricycle_controller_has_no_transform_of_odometry_by_default(tmp_path: Path) -> None:
+    drive = load_robot(tricycle().write(tmp_path, "three.urdf"), SearchPath()).drive
+    assert drive.publishes == ("odom",)
+    assert _drive(tmp_path, _file("name", _JOINTS, False)).publishes == ("odom", "odom_tf")
 
 
 @pytest.mark.parametrize(

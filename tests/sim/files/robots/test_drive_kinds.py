@@ -54,6 +54,18 @@ def test_drive_that_is_simulated_as_another_says_so(
     assert abs(last.truth.side) < 0.01
 
 
+@pytest.mark.parametrize("file", ["gz-sim-diff-drive-system", ""])
+def test_wheels_that_gazebo_would_roll_backward_are_said(tmp_path: Path, file: str) -> None:
+    path = cases.Robot(cases.four(), cases.plugin(file, SIDES) if file else "").write(tmp_path)
+    path.write_text(
+        path.read_text("utf-8").replace("<axis xyz='0 0 1'/>", "<axis xyz='0 0 -1'/>", 1)
+    )
+    said = [note for note in texts(load_robot(path, SearchPath()).notes) if "backward" in note]
+    assert len(said) == bool(file)
+    assert not said or said[0].startswith("joint 'front_left_wheel_joint': axes point to the right")
+    assert run(simulator(robot=path), 1.0, Velocity(0.3)).truth.v == pytest.approx(0.3, rel=0.1)
+
+
 def test_robot_moved_in_the_plane_says_by_what(tmp_path: Path) -> None:
     path = cases.planar().write(tmp_path)
     slips = "<gazebo reference='front_left_mecanum_wheel'><mu1>0.01</mu1></gazebo></robot>"

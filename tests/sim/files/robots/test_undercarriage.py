@@ -35,3 +35,16 @@ def test_a_box_runs_on_wheels_from_end_to_end(
         assert wheels == [pytest.approx((x, y, up)) for x in along]
         (rim,) = found.urdf.links[found.urdf.joints[side[0]].child].collisions
         assert rim.shape.size == pytest.approx((radius, float(size.split()[1])))
+
+
+@pytest.mark.parametrize("x", [-0.15, 0.15])
+def test_a_box_with_a_round_end_runs_on_both_ends(tmp_path: Path, x: float) -> None:
+    robot = cases.tracked()
+    box = "<collision><geometry><box size='0.4 0.06 0.1'/></geometry></collision>"
+    assert box in robot.extra
+    turned = f"<origin xyz='{x} 0 0' rpy='1.5708 0 0'/>"
+    ball = f"<collision>{turned}<geometry><cylinder radius='0.05' length='0.06'/></geometry>"
+    extra = robot.extra.replace(box, f"{box}{ball}</collision>")
+    found = load_robot(replace(robot, extra=extra).write(tmp_path), SearchPath())
+    along = [center(found.urdf, name)[0] for name in found.drive.left]
+    assert (min(along), max(along)) == pytest.approx((-0.15, 0.15))

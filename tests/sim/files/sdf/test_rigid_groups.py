@@ -191,7 +191,8 @@ def test_what_cannot_hang_holds_together_and_that_is_said(
     notes = sdf_file()
     found = hung(apart("a", "b", "c"), *joints, notes=notes, driven=driven)
     assert "b" not in found
-    assert "model 'm': its links hold together as one body" in texts(notes.notes)
+    (said,) = (text for text in texts(notes.notes) if "hold together" in text)
+    assert said.startswith("model 'm': its links hold together as one body at a-b")
 
 
 def test_what_nothing_can_touch_goes_with_what_it_hangs_on() -> None:
@@ -273,6 +274,14 @@ def test_its_friction_and_damping_never_push() -> None:
     assert (hinge(given.format(3, 2)).damping, hinge(given.format(3, 2)).friction) == (3.0, 2.0)
     assert (hinge(given.format(-3, -2)).damping, hinge(given.format(-3, -2)).friction) == (0.0, 0.0)
     assert (hinge("<axis/>").damping, hinge("<axis/>").friction) == (0.0, 0.0)
+
+
+def test_a_spring_brings_it_back() -> None:
+    spring = "<spring_stiffness>{}</spring_stiffness><spring_reference>-0.2</spring_reference>"
+    found = hinge(f"<axis><dynamics>{spring.format(3)}</dynamics></axis>")
+    assert (found.stiffness, found.spring_at) == (3.0, -0.2)
+    assert hinge(f"<axis><dynamics>{spring.format(-3)}</dynamics></axis>").stiffness == 0.0
+    assert hinge("<axis/>").stiffness == 0.0
 
 
 @pytest.mark.parametrize(
