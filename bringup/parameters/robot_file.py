@@ -262,12 +262,24 @@ def _of_another_robot(
     if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
         own = merged(own, {"explorer": {_OPEN: sight}})
     radius = round(turning_radius_of(robot), 4)
+    window = _window(footprint_of(robot, ""), radius)
+    for key in ("width", "height"):
+        if window > shipped[LOCAL_COSTMAP.name][key] and not is_set(LOCAL_COSTMAP.name, key):
+            own = merged(own, {LOCAL_COSTMAP.name: {key: window}})
     if not radius:
         return own
     for node in _STEERED:
         if not is_set(node, _RADIUS):
             own = merged(own, {node: {_RADIUS: radius}})
     return merged(own, _in_bends(parameters, shipped, radius))
+
+
+def _window(outline: str, radius: float) -> int:
+    """Return how wide a local costmap is that holds a robot a metre away, or a bend more [m]."""
+    from arjuna_nav.costmap.footprint import Footprint
+
+    reach = Footprint.parse(outline, 0.0, 0.0).circumscribed_radius if outline else 0.0
+    return math.ceil(2.0 * (reach + 1.0 + radius))
 
 
 def _ramps(parameters: Parameters, shipped: Parameters, linear: Any, angular: Any) -> Parameters:

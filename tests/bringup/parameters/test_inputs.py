@@ -232,6 +232,16 @@ def test_the_shipped_robot_keeps_its_shipped_parameters() -> None:
     assert named["local_costmap/local_costmap"] == plain["local_costmap/local_costmap"]
 
 
+def test_a_local_costmap_holds_a_large_robot_where_no_file_says_otherwise(tmp_path: Path) -> None:
+    text = Path("urdf/burger.urdf").read_text(encoding="utf-8")
+    (robot := tmp_path / "long.urdf").write_text(text.replace("0.14 0.14 0.14", "2.4 0.14 0.14"))
+    own = written(tmp_path, "local_costmap: {local_costmap: {ros__parameters: {width: 4}}}")
+    for words, wanted in ([], (5, 5)), (["--params", str(own)], (4, 5)):
+        given = gather(parse(["demo", "--robot", str(robot), *words]))
+        costmap = given["local_costmap/local_costmap"]
+        assert (costmap["width"], costmap["height"]) == wanted
+
+
 def test_standard_topics_are_no_names_of_the_robot(tmp_path: Path) -> None:
     file = written(tmp_path, "sim: {ros__parameters: {standard_topics: true}}")
     given = ["demo", "--robot", "urdf/udacity_bot.xacro", "--params", str(file)]
@@ -249,6 +259,7 @@ def test_tightest_bends_reach_all_nodes(tmp_path: Path, capsys: pytest.CaptureFi
     assert {given[node]["min_turning_radius"] for node in _RADII} == {0.779}
     costmaps = given["local_costmap/local_costmap"], given["global_costmap/global_costmap"]
     assert [costmap["axle"] for costmap in costmaps] == [-0.16, -0.16]
+    assert (costmaps[0]["width"], costmaps[0]["height"]) == (5, 5)  # it sees its bend's end
     lacks = "sim: robot: its file has no lidar"
     assert [lacks in line for line in capsys.readouterr().err.splitlines()] == [True]
     assert "min_turning_radius" not in gather(parse(["demo"]))["controller_server"]
