@@ -7,11 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import NamedTuple
 
-import numpy as np
-
 from arjuna_core.errors import RobotError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_sim.devices.drive import DriveConfig
+from arjuna_sim.devices.driving.bases import SidesBase
 from arjuna_sim.devices.driving.controller import Ramp, limited
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.devices.sensors.camera import CameraSettings
@@ -28,7 +27,6 @@ from arjuna_sim.files.xml_file import XmlFile, root_tag
 from arjuna_sim.model.robot import RobotModel, extent, footprint
 from arjuna_sim.model.settings import WHEEL_ODOMETRY, DriveKind
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import center
 from arjuna_sim.model.world import World
 
 _BASES = {"base_footprint", "base_link"}
@@ -190,9 +188,10 @@ def axle_of(robot: RobotModel, frame: str) -> float:
     """
     if moves_sideways(robot) or not robot.drive.rolling:
         return 0.0
-    steered = robot.drive.kind is DriveKind.STEERED
-    along = [center(robot.urdf, name)[0] for name in robot.drive.rolling]
-    axle = SteeredBase.of(robot.urdf, robot.drive).axle if steered else float(np.mean(along))
+    if robot.drive.kind is DriveKind.STEERED:
+        axle = SteeredBase.of(robot.urdf, robot.drive).axle
+    else:
+        axle = SidesBase.of(robot, DriveConfig()).axle
     return axle - float(robot.urdf.T_root(_link(robot, frame)).position[0])
 
 

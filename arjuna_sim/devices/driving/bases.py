@@ -82,7 +82,7 @@ class SidesBase(Kinematics):
         sides = np.zeros((len(signs), 2))
         sides[np.arange(len(signs)), np.repeat((0, 1), counts)] = signs
         ideal, counted = kinematics_of(drive, config), np.maximum(counts, 1.0)
-        along = [float(center(robot.urdf, name)[0]) for name in (*drive.left, *drive.right)]
+        along = [float(center(robot.urdf, name)[0]) for name in drive.rolling]
         axle = round(sum(along) / max(len(along), 1), 4)
         return SidesBase(ideal.track, ideal.radius, sides, counted, axle)
 
