@@ -28,6 +28,8 @@ UNPACKERS: dict[str, Any] = {
 """What unpacks text, by the suffix of its file."""
 UNPACKING = (OSError, EOFError, lzma.LZMAError, zlib.error)
 """What is raised where packed text is damaged or cut short."""
+MESH_BYTES_MAX = 60_000_000
+"""Size of a mesh or a texture [bytes]: what still loads within a few seconds and 500 MB."""
 _Error = type[InputFileError]
 
 
@@ -84,7 +86,7 @@ def _check_kind(path: Path, status: os.stat_result, error: _Error) -> None:
 
 
 def read_bytes(
-    path: Path, largest: int, error: _Error = InputFileError, within: float = 30.0
+    path: Path, largest: int = 2**20, error: _Error = InputFileError, within: float = 30.0
 ) -> bytes:
     """Return a file's content.
 

@@ -9,7 +9,6 @@ from urllib.parse import unquote, urlparse
 from arjuna_core.errors import ArjunaError
 
 _NAME = 255 - 32  # [bytes] of a name on Linux's file systems, less what files in the making add
-_SHOWN = 80
 
 
 class MapsFolderError(ArjunaError, ValueError):
@@ -54,9 +53,7 @@ def map_path(folder: str | Path, url: str, suffix: str = "") -> Path:
         if below and not any(part.startswith(".") for part in below):
             return result
     listed = ", ".join(dict.fromkeys(str(each) for each in (root, *open_folders)))
-    problem = (
-        f"'{url[:_SHOWN]}' is no place for maps; valid: paths in {listed}, none of them hidden"
-    )
+    problem = f"'{url}' is no place for maps; valid: paths in {listed}, none of them hidden"
     raise MapsFolderError(problem)
 
 
@@ -73,7 +70,7 @@ def _resolved(root: Path, url: str) -> Path:
     try:
         parts = urlparse(url)
     except ValueError as error:  # as of http://[
-        raise MapsFolderError(f"'{url[:_SHOWN]}' is no path: {error}") from error
+        raise MapsFolderError(f"'{url}' is no path: {error}") from error
     if parts.scheme not in ("", "file"):
         raise MapsFolderError(f"'{url}' has the scheme '{parts.scheme}'; valid: file:// and paths")
     path = unquote(parts.path) if parts.scheme else url
@@ -83,7 +80,7 @@ def _resolved(root: Path, url: str) -> Path:
         start = Path(path).expanduser() if path.startswith("~/") else Path(path)
         result = (root / start).resolve()
     except (OSError, RuntimeError) as error:  # as of links in a circle
-        raise MapsFolderError(f"'{url[:_SHOWN]}' is no path: {error}") from error
+        raise MapsFolderError(f"'{url}' is no path: {error}") from error
     if any(len(part.encode(errors="replace")) > _NAME for part in result.parts):
-        raise MapsFolderError(f"'{url[:_SHOWN]}' is no path: a name is longer than {_NAME} bytes")
+        raise MapsFolderError(f"'{url}' is no path: a name is longer than {_NAME} bytes")
     return result

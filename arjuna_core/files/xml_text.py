@@ -14,7 +14,8 @@ from arjuna_core.errors import InputFileError
 
 # Bounds on hostile files: what still loads within 2 s and 500 MB (tests/fuzz/test_models.py).
 _ELEMENTS_MAX = 300_000
-_DEPTH_MAX = 100
+DEPTH_MAX = 100
+"""Of what a file nests: elements, or links and frames, one below another."""
 _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _OPEN = re.compile(rb"(<\?xml[^?>]*)>")
@@ -38,8 +39,8 @@ class _Builder(TreeBuilder):
     def start(self, tag: str, attributes: dict[str, str], /) -> Element:
         self._count += 1
         self._depth += 1
-        if self._count > _ELEMENTS_MAX or self._depth > _DEPTH_MAX:
-            problem = f"it has more than {_ELEMENTS_MAX} elements, or more than {_DEPTH_MAX} nested"
+        if self._count > _ELEMENTS_MAX or self._depth > DEPTH_MAX:
+            problem = f"it has more than {_ELEMENTS_MAX} elements, or more than {DEPTH_MAX} nested"
             raise ValueError(problem)
         return super().start(tag, attributes)
 

@@ -16,8 +16,6 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.devices.drive import Kinematics
 from arjuna_sim.devices.odometry import Odometry, OdometryConfig
 
-_QUARTER = math.pi / 2
-
 
 @dataclass(frozen=True)
 class Measurement:
@@ -65,25 +63,25 @@ class Manoeuvre:
         return "spin" if self.command.x == 0.0 else "arc"
 
 
-def _turn(v: float, w: float, angle: float) -> Manoeuvre:
+def _turn(v: float, w: float, angle: float = math.pi / 2) -> Manoeuvre:
     return Manoeuvre(Velocity(v, yaw_rate=w), angle / abs(w))
 
 
 PATTERN = (
     Manoeuvre(Velocity(0.5), 4.0),
-    _turn(0.0, 1.0, _QUARTER),
+    _turn(0.0, 1.0),
     Manoeuvre(Velocity(0.3), 4.0),
-    _turn(0.0, 2.0, _QUARTER),
+    _turn(0.0, 2.0),
     Manoeuvre(Velocity(1.0), 2.0),
     _turn(0.0, 0.5, math.pi),
     _turn(0.4, 0.5, math.pi),
-    _turn(0.0, -1.0, _QUARTER),
+    _turn(0.0, -1.0),
     _turn(0.4, -0.5, math.pi),
-    _turn(0.0, -2.0, _QUARTER),
+    _turn(0.0, -2.0),
     _turn(0.5, 1.0, math.pi),
     Manoeuvre(Velocity(-0.3), 4.0),
     _turn(0.6, -1.0, math.pi),
-    _turn(0.0, -0.5, _QUARTER),
+    _turn(0.0, -0.5),
 )
 """Straights, spins and arcs, slow and fast, to either side; within 4 m of the start."""
 

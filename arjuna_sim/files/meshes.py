@@ -24,7 +24,7 @@ from PIL.PngImagePlugin import PngInfo
 from arjuna_core.arrays import Bytes, Floats, Singles
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.array_cache import Arrays, cached, made_by
-from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.input_file import MESH_BYTES_MAX, read_bytes
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import surface
@@ -32,8 +32,7 @@ from arjuna_sim.model.geometry.shapes import Kind, Look, Mesh, Shape, Skin
 from arjuna_sim.model.notes import NoteKind
 
 MESH_SUFFIXES = (".dae", ".obj", ".stl")
-# Bounds on hostile files: what still loads within a few seconds and 500 MB.
-_BYTES_MAX = 60_000_000
+# Bounds on hostile files, beside that of their size.
 _TEXT_MAX = 20_000_000  # bytes of text, in lines:
 _LINES_MAX = 600_000
 _FACES_MAX = 1_000_000
@@ -135,7 +134,7 @@ def read_skinned(path: Path, part: str = "") -> tuple[Floats, Skin]:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         raise MeshError(path, f"has the form '{suffix}'; valid: {', '.join(MESH_SUFFIXES)}")
-    content = read_bytes(path, _BYTES_MAX, MeshError)
+    content = read_bytes(path, MESH_BYTES_MAX, MeshError)
     try:
         read = (_read if len(content) < 2000 else _kept)(path, content, part)
     except IndexError as error:

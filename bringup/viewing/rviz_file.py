@@ -258,7 +258,7 @@ def _flat(path: Path) -> dict[str, Any] | None:
 
     A page on the web loses it: a display begins at a dash and ends at the next.
     """
-    text = read_bytes(path, 2**20, InputFileError).decode("utf-8", "replace")
+    text = read_bytes(path).decode("utf-8", "replace")
     displays: list[dict[str, Any]] = []
     options: dict[str, Any] = {}
     among = False  # the displays, not panels and tools

@@ -33,7 +33,6 @@ __all__ = ["Entity", "Parser", "closing", "expose_action", "expose_substitution"
 __all__ += ["parse_substitution"]
 
 _EXTENSIONS = ("launch_ros.frontend", "ros_gz_bridge.actions", "ros_gz_sim.actions")
-_LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 
 
 @dataclass
@@ -124,7 +123,7 @@ def expose_action(name: str) -> Callable[[type[Any]], type[Any]]:
 
 
 def of_xml(path: Path) -> LaunchDescription:
-    return _description(path, _of_xml(parse_xml(path, read_bytes(path, _LARGEST))))
+    return _description(path, _of_xml(parse_xml(path, read_bytes(path))))
 
 
 def _of_xml(element: XmlElement) -> Entity:
@@ -148,7 +147,7 @@ def _of_yaml(tag: str, value: Any) -> Entity:
             if isinstance(below, str | int | float):
                 found.texts[key] = str(below).lower() if isinstance(below, bool) else str(below)
             elif isinstance(below, list) and not any(isinstance(each, Mapping) for each in below):
-                found.texts[key] = yaml.safe_dump(below, default_flow_style=True, width=_LARGEST)
+                found.texts[key] = yaml.safe_dump(below, default_flow_style=True, width=2**20)
             elif key == "children":
                 found.children += _of_yaml(tag, below).children
             elif isinstance(below, list) and tag != "launch" and key not in _CONTAINERS:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import abc
 import math
+import sys
 from dataclasses import replace
 from typing import Any, ClassVar
 
@@ -27,7 +28,6 @@ from arjuna_nav.planners.query import Cell, Query, ask
 from arjuna_nav.planners.relaxation import smoothed_poses
 from arjuna_nav.planners.waves.potential import NEUTRAL, closed
 
-_ENDLESS = 2**62
 _LEAD = 0.5  # longest stretch off what the outline touches [m]
 _FINEST = 4  # cells of the search along one of the costmap, for bends tighter than that
 _COSTS = np.arange(256)
@@ -203,7 +203,7 @@ class PoseSearch(abc.ABC):
             config.analytic_expansion_ratio,
             config.analytic_expansion_max_length / resolution,
             config.analytic_expansion_max_cost,
-            config.max_iterations if config.max_iterations > 0 else _ENDLESS,
+            config.max_iterations if config.max_iterations > 0 else sys.maxsize,
             config.heuristic_weight,
             spins=False,
             turn=0.0,

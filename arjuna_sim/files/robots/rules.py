@@ -10,6 +10,7 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import RobotError, nearest
+from arjuna_core.files.xml_text import DEPTH_MAX
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import MASS_MAX, MASS_MIN, Inertial, Part, inertial_of_parts
@@ -17,7 +18,6 @@ from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.urdf import Joint, Link
 
 _FACTOR_MAX = 1e6  # of damping, friction and what mimics
-_DEPTH_MAX = 100  # of the tree of links
 
 
 def checked_joint(xml: XmlFile, joint: Joint) -> Joint:
@@ -160,7 +160,7 @@ def root_of(xml: XmlFile, links: Mapping[str, Link], joints: Mapping[str, Joint]
             link, steps = parents[link], steps + 1
             if steps > len(links):
                 raise xml.fail(f"link '{start}'", "the joints form a loop")
-            if steps > _DEPTH_MAX:
-                problem = f"is below more than {_DEPTH_MAX} others, one after the other"
+            if steps > DEPTH_MAX:
+                problem = f"is below more than {DEPTH_MAX} others, one after the other"
                 raise xml.fail(f"link '{start}'", problem)
     return roots[0]

@@ -10,6 +10,7 @@ import re
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
+from arjuna_core.files.xml_text import DEPTH_MAX
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
@@ -18,7 +19,6 @@ _NAMED = ("link", "model", "include", "joint", "frame")
 """Tags of what a pose can be relative to; of two that share a name the first is meant, as a joint
 may be called as its link is before SDF 1.7.
 """
-_CHAIN_MAX = 100
 MERGE = "merge"
 """Attribute of an included model whose links and frames are those of the model around it."""
 _OWN = ("__model__", "__root__", "world", "")
@@ -119,8 +119,8 @@ class Scope:
         if name in seen:
             problem = f"frame '{name}' is relative to itself: {' -> '.join((*seen, name))}"
             raise self._xml.fail(self._label, problem)
-        if len(seen) > _CHAIN_MAX:
-            problem = f"frame '{name}' ends a chain of more than {_CHAIN_MAX} frames"
+        if len(seen) > DEPTH_MAX:
+            problem = f"frame '{name}' ends a chain of more than {DEPTH_MAX} frames"
             raise self._xml.fail(self._label, problem)
         first, _, rest = name.partition("::")
         element = self._items.get(name) if name in self._items else self._items.get(first)

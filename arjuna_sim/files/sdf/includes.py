@@ -26,7 +26,6 @@ _LINES = {"linear-x": 0, "linear-y": 1, "linear-z": 2}
 BUILT_IN = ("sun", "ground_plane")
 SUN_TYPE = "sun"
 """Type of the light that `model://sun` becomes."""
-_INCLUDES_MAX = 5_000
 _NESTED_MAX = 32
 _OVERRIDES = ("pose", "static", "placement_frame")
 
@@ -191,8 +190,8 @@ class Includes:
 
     def _tally(self, xml: XmlFile, label: str) -> None:
         self._count += 1
-        if self._count > _INCLUDES_MAX:
-            problem = f"is one of too many; valid: up to {_INCLUDES_MAX} includes"
+        if self._count > _MODELS_MAX:
+            problem = f"is one of too many; valid: up to {_MODELS_MAX} includes"
             raise ExcessError(xml.path, problem, label)
 
     def _replacement(

@@ -18,9 +18,8 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import transforms_msg
+from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.processing.madgwick import UP, MadgwickFilter, orientation, quaternion_of, rotation
-
-_GRAVITY = 9.81  # [m/s^2] as imu_filter_madgwick has it
 
 
 @dataclass(frozen=True)
@@ -122,7 +121,7 @@ class ImuFilterNode(ManagedNode):
         message.orientation = pose3_msg(pose).orientation
         message.orientation_covariance = np.eye(3).ravel() * config.orientation_stddev**2
         if config.remove_gravity_vector:
-            rest = rotation(quaternion).T @ np.array(UP[config.world_frame]) * _GRAVITY
+            rest = rotation(quaternion).T @ np.array(UP[config.world_frame]) * GRAVITY
             felt = message.linear_acceleration
             felt.x, felt.y, felt.z = (acceleration - rest).tolist()
         self._out.publish(message)

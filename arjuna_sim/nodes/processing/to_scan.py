@@ -17,8 +17,6 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.nodes.mounted_frames import MountedFrames
 from arjuna_sim.processing.to_scan import scan_of_depth, scan_of_points
 
-_FLOAT_MAX = 3.4028234663852886e38  # a message's greatest range, of float32
-
 
 @dataclass(frozen=True)
 class CloudToScanConfig:
@@ -80,7 +78,7 @@ class PointcloudToLaserscanNode(ManagedNode):
         heights = points[:, 2]
         kept = (heights >= config.min_height) & (heights <= config.max_height)
         kept &= (distance >= config.range_min) & (distance <= config.range_max)
-        farthest = min(config.range_max, _FLOAT_MAX)
+        farthest = min(config.range_max, float(np.finfo(np.float32).max))
         empty = math.inf if config.use_inf else farthest + config.inf_epsilon
         count = math.ceil((config.angle_max - config.angle_min) / config.angle_increment)
         ranges = scan_of_points(

@@ -23,8 +23,8 @@ class RequestError(ArjunaError):
     """
 
     def __init__(self, code: int, problem: str) -> None:
-        self.result = Result(result=code, error_message=problem)
         super().__init__(problem)
+        self.result = Result(result=code, error_message=str(self))
 
 
 def resource_error(response_type: Any, error: ResourceError) -> RequestError:

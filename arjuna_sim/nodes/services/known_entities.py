@@ -26,7 +26,6 @@ from arjuna_sim.nodes.messages import WORLD, motion_msg, pose3_from_msg
 from arjuna_sim.nodes.services.host import RequestError
 from arjuna_sim.simulation import Simulation
 
-_SHOWN = 80  # characters of a refused expression
 ALIAS = "robot"
 """A name for the simulator's own robot, whatever its file calls it."""
 
@@ -60,8 +59,8 @@ def _pattern(text: str) -> Any:
     try:
         return re2.compile(text, options)
     except re2.error as error:
-        reason = error.args[0].decode("utf-8", "replace")[:_SHOWN]
-        problem = f"the filter '{text[:_SHOWN]}' is no regular expression of RE2: {reason}"
+        reason = error.args[0].decode("utf-8", "replace")
+        problem = f"the filter '{text}' is no regular expression of RE2: {reason}"
         raise RequestError(Result.RESULT_OPERATION_FAILED, problem) from error
 
 

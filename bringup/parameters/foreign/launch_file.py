@@ -22,7 +22,6 @@ from arjuna_core.files.xml_text import parse_xml
 from arjuna_core.files.yaml_file import plain, read_yaml
 from bringup.parameters.foreign.ros1_names import SECTIONS
 
-_LARGEST = 2**20  # [bytes] a bound on the memory that a foreign file can take
 _SUBSTITUTION = re.compile(r"\$\((\w+)\s*([^()]*)\)")
 # Among a node's arguments: a new name, a parameter (_), or what roslaunch itself means (__).
 _GIVEN = re.compile(r"^/?(?P<private>_*)(?P<name>\w+):=(?P<value>\S+)$")
@@ -88,7 +87,7 @@ class _Reading:
         self._into.files += 1
         if self._into.files > _FILES_MAX:
             raise InputFileError(self._path, f"is one of more than {_FILES_MAX} that are included")
-        root = parse_xml(self._path, read_bytes(self._path, _LARGEST))
+        root = parse_xml(self._path, read_bytes(self._path))
         if root.tag != "launch":
             raise InputFileError(self._path, f"is XML of <{root.tag}>; valid: <launch>, or YAML")
         self._take_all(root, ())

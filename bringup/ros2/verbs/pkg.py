@@ -153,7 +153,7 @@ def xml(arguments: argparse.Namespace) -> None:
     path = _prefix(arguments.package_name) / "share" / arguments.package_name / "package.xml"
     if not path.is_file():
         raise Ros2Error("Package xml manifest not found")
-    root = parse_xml(path, read_bytes(path, 2**20))
+    root = parse_xml(path, read_bytes(path))
     if arguments.tag is None:
         print(ElementTree.tostring(root, encoding="unicode"))
         return

@@ -53,7 +53,7 @@ def _package(folder: Path) -> Package:
     path = folder / "package.xml"
     if not path.is_file():
         return Package(folder.resolve().name, folder, "python", frozenset())
-    root = parse_xml(path, read_bytes(path, 2**20))
+    root = parse_xml(path, read_bytes(path))
     name = (root.findtext("name") or "").strip()
     if not re.fullmatch(NAME, name):
         raise Ros2Error(f"{path}: <name> is '{name}'; valid: letters, digits and _")

@@ -20,11 +20,10 @@ from defusedxml.ElementTree import ParseError, fromstring
 from numpy.typing import NDArray
 
 from arjuna_core.errors import ArjunaError, InputFileError, shortened
-from arjuna_core.files.input_file import open_file
+from arjuna_core.files.input_file import MESH_BYTES_MAX, open_file
 
 Finder = Callable[[str], Path | None]
 """Returns the file that a mesh's URI names, or None."""
-_LARGEST = 60_000_000  # [bytes] of a mesh or a texture
 _UNREADABLE = (ParseError, DefusedXmlException, ValueError, yourdfpy.urdf.URDFError)
 _BROKEN = (
     *(OSError, ValueError, TypeError, LookupError, AttributeError, SyntaxError, OverflowError),
@@ -40,7 +39,7 @@ class _Beside(trimesh.resolvers.FilePathResolver):
         path = super().absolute(name)
         try:
             if path.exists():
-                open_file(path, largest=_LARGEST).close()
+                open_file(path, largest=MESH_BYTES_MAX).close()
         except InputFileError as error:
             raise ValueError(str(error)) from error
         return path
@@ -174,7 +173,7 @@ def _loaded(shape: Any, find: Finder) -> list[trimesh.Trimesh]:
     path = find(shape.filename)
     if path is None:
         raise ValueError(f"'{shape.filename}' is not found; --package-path adds folders")
-    with open_file(path, largest=_LARGEST) as file:
+    with open_file(path, largest=MESH_BYTES_MAX) as file:
         kind, beside = path.suffix[1:].lower(), _Beside(str(path))
         scene = trimesh.load_scene(file, file_type=kind, resolver=beside)
     meshes = [mesh for mesh in scene.dump() if isinstance(mesh, trimesh.Trimesh)]

@@ -19,7 +19,7 @@ from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.errors import InputFileError
-from arjuna_core.files.input_file import read_bytes
+from arjuna_core.files.input_file import MESH_BYTES_MAX, read_bytes
 from arjuna_core.ros import qos
 from arjuna_core.ros.context import new_context
 from bringup.viewing.drawing.visual_model import find_mesh
@@ -38,7 +38,6 @@ _ASSET = re.compile(
     re.IGNORECASE,
 )
 """The files that foxglove_bridge gives out unless told otherwise: pictures, meshes and robots."""
-_LARGEST_ASSET = 60_000_000  # [bytes]
 _MALFORMED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
@@ -165,7 +164,7 @@ class Bridge:
             problem = f"'{uri}' is not found"
         else:
             try:
-                data = read_bytes(path, _LARGEST_ASSET)
+                data = read_bytes(path, MESH_BYTES_MAX)
             except InputFileError as error:
                 problem = str(error)
         text = problem.encode()

@@ -212,7 +212,7 @@ def test_corners_end_at_a_thousand_million(tmp_path: Path) -> None:
 @pytest.mark.parametrize(
     ("bound", "least", "problem"),
     [
-        ("_BYTES_MAX", len(stl(3)), r"has 234 bytes; at most 233 are read"),
+        ("MESH_BYTES_MAX", len(stl(3)), r"has 234 bytes; at most 233 are read"),
         ("_FACES_MAX", 3, r"has 3 triangles; at most 2 are read"),
     ],
 )

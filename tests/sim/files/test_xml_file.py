@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from arjuna_core.errors import InputFileError, WorldError
-from arjuna_core.files.xml_text import _DEPTH_MAX, parse_xml
+from arjuna_core.files.xml_text import DEPTH_MAX, parse_xml
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import Note, NoteKind
 
@@ -114,11 +114,11 @@ def nested(depth: int) -> bytes:
 
 
 def test_elements_are_nested_so_deep_and_no_deeper() -> None:
-    assert len(list(parse_xml("f", nested(_DEPTH_MAX)).iter())) == _DEPTH_MAX
-    side_by_side = b"<r>" + nested(_DEPTH_MAX - 1) * 2 + b"</r>"
+    assert len(list(parse_xml("f", nested(DEPTH_MAX)).iter())) == DEPTH_MAX
+    side_by_side = b"<r>" + nested(DEPTH_MAX - 1) * 2 + b"</r>"
     assert len(parse_xml("f", side_by_side)) == 2
-    with pytest.raises(InputFileError, match=f"or more than {_DEPTH_MAX} nested"):
-        parse_xml("f", nested(_DEPTH_MAX + 1))
+    with pytest.raises(InputFileError, match=f"or more than {DEPTH_MAX} nested"):
+        parse_xml("f", nested(DEPTH_MAX + 1))
 
 
 def test_attributes_hold_signs_that_xml_would_have_escaped() -> None:

@@ -173,7 +173,7 @@ def test_populations_are_models_before_includes_are_looked_for(tmp_path: Path) -
 
 def test_too_many_includes_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write(tmp_path, "box.sdf", BOX)
-    monkeypatch.setattr(module, "_INCLUDES_MAX", 3)
+    monkeypatch.setattr(module, "_MODELS_MAX", 3)
     Expanded(tmp_path, 3 * include("box.sdf"))
     with pytest.raises(ExcessError, match="is one of too many; valid: up to 3 includes"):
         Expanded(tmp_path, 4 * include("box.sdf"))
