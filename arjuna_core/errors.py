@@ -70,6 +70,13 @@ class WorldError(InputFileError):
 _LOOK_ALIKES = str.maketrans({"i": "1", "l": "1", "|": "1", "o": "0", "s": "5", "z": "2"})
 
 
+def interrupted(error: BaseException | None) -> bool:
+    """Return whether Ctrl-C is an error's root, as where it comes while C extensions import."""
+    return error is not None and (
+        isinstance(error, KeyboardInterrupt) or interrupted(error.__cause__ or error.__context__)
+    )
+
+
 def nearest(name: str, valid: Iterable[str]) -> str:
     """Return a suggestion for an unknown name.
 

@@ -11,7 +11,7 @@ import sys
 from collections.abc import Sequence
 from typing import Any, NoReturn
 
-from arjuna_core.errors import ArjunaError, closest, nearest
+from arjuna_core.errors import ArjunaError, closest, interrupted, nearest
 from bringup.commands import COMMANDS, module_of
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
@@ -131,9 +131,12 @@ def run(arguments: argparse.Namespace) -> int:
         return int(arguments.run(arguments))
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
-    except ModuleNotFoundError as error:
-        sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ImportError) as error:
+        if isinstance(error, ModuleNotFoundError):
+            sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
+            return REFUSED
+        if not interrupted(error):
+            raise
         sys.stderr.write("\nstopped\n")
         return INTERRUPTED
     return REFUSED

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import NoReturn
 
-from arjuna_core.errors import ArjunaError
+from arjuna_core.errors import ArjunaError, interrupted
 from bringup.ros2 import completion
 from bringup.ros2.errors import ignore_interrupts, watch_interrupts
 from bringup.ros2.grammar import BUFFERED, FORWARDED, build_parser, load
@@ -70,9 +70,12 @@ def _guarded(words: list[str]) -> int:
         return code
     except ArjunaError as error:
         sys.stderr.write(f"{error}\n")
-    except ModuleNotFoundError as error:
-        sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
-    except KeyboardInterrupt:
+    except (KeyboardInterrupt, ImportError) as error:
+        if isinstance(error, ModuleNotFoundError):
+            sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
+            return FAILED
+        if not interrupted(error):
+            raise
         return 0 if words[:1] == ["run"] else INTERRUPTED  # a node ends in order, as C++'s do
     except BrokenPipeError:  # nobody reads any more, as after `| head`
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -9,12 +9,15 @@ import shlex
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
+from unittest.mock import Mock
 
 import pytest
 
 from bringup import cli
 from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
+from bringup.ros2 import main as ros2
 from bringup.terminal import RIGHT, UP, Keys
 
 EVERY = [name for group in COMMANDS.values() for name in group]
@@ -159,6 +162,28 @@ def test_a_module_of_an_extra_is_named_with_the_words_that_install_it(
     said = said_without(module, capsys)
     assert said.startswith(f"error: the module {module} is not installed")
     assert f"'make setup EXTRAS={extra}'" in said
+
+
+def test_ctrl_c_while_an_extension_is_imported_ends_as_at_any_time(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def command(arguments: Any) -> int:
+        try:
+            raise KeyboardInterrupt
+        except KeyboardInterrupt as error:
+            raise ImportError("initialization failed") from error
+
+    assert cli.run(argparse.Namespace(run=command)) == cli.INTERRUPTED
+    assert capsys.readouterr().err == "\nstopped\n"
+    monkeypatch.setattr(ros2, "load", lambda name: command)
+    assert ros2.main(["run", "tf2_ros", "tf2_echo", "a", "b"]) == 0
+    assert ros2.main(["topic", "list"]) == ros2.INTERRUPTED
+    broken = Mock(side_effect=ImportError("no symbol"))
+    monkeypatch.setattr(ros2, "load", lambda name: broken)
+    with pytest.raises(ImportError, match="no symbol"):
+        ros2.main(["topic", "list"])
+    with pytest.raises(ImportError, match="no symbol"):
+        cli.run(argparse.Namespace(run=broken))
 
 
 def test_another_module_asks_for_the_whole_set_up(capsys: pytest.CaptureFixture[str]) -> None:
