@@ -232,16 +232,9 @@ class PathFollower:
             control = self.controller.compute(pose, velocity, costmap, now)
             self._has_driven = control.status is ControlStatus.SUCCEEDED
         if arrives and self._has_driven:
-            arriving = self._arrive(pose, velocity, costmap, now, distance)
-            if arriving is not None and not self._scrapes(arriving, pose, costmap):
-                self._failing_since = None
-                distance = pose.distance(self._end)
-                return FollowResult(FollowState.RUNNING, arriving, distance=distance)
-            base, end = self._base(pose), self._base(self._end)
-            if arriving is None and self._goal.reached(base, end, velocity):
-                return FollowResult(FollowState.SUCCEEDED)
-            if arriving is None and self._approach.retry():
-                return FollowResult(FollowState.RUNNING, STILL, distance=distance)
+            final = self._final(pose, velocity, costmap, now, distance)
+            if final is not None:
+                return final
         path = self.controller.path
         slower = allowed_speed(self._config.foresight, path, pose, costmap, speed)
         self.controller.speed_limit = min(slower, self.speed_limit)
@@ -256,6 +249,24 @@ class PathFollower:
             self._failing_since = None
         message = control.message + self._blocked_end(pose, costmap)
         return self._tolerate(control.status, message, now, distance)
+
+    def _final(
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float, distance: float
+    ) -> FollowResult | None:
+        """Return the final approach's tick, None where the controller has to drive."""
+        assert self._end is not None
+        arriving = self._arrive(pose, velocity, costmap, now, distance)
+        if arriving is not None and self._scrapes(arriving, pose, costmap):
+            return None
+        if arriving is not None:
+            self._failing_since = None
+            distance = pose.distance(self._end)
+            return FollowResult(FollowState.RUNNING, arriving, distance=distance)
+        if self._goal.reached(self._base(pose), self._base(self._end), velocity):
+            return FollowResult(FollowState.SUCCEEDED)
+        if self._approach.retry():
+            return FollowResult(FollowState.RUNNING, STILL, distance=distance)
+        return None
 
     def _blocked_end(self, pose: SE2, costmap: Costmap) -> str:
         """Return that the outline touches something at the path's end, where that is near."""

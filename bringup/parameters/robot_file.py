@@ -225,15 +225,7 @@ def other_names(
 def _of_another_robot(
     parameters: Parameters, driven: Driven, groups: Iterable[Group], simulated: bool
 ) -> Parameters:
-    from arjuna_nav.exploration.frontiers import ExplorationConfig
-    from arjuna_sim.inputs import (
-        axle_of,
-        footprint_of,
-        names_of,
-        ramps_of,
-        sight_of,
-        turning_radius_of,
-    )
+    from arjuna_sim.inputs import axle_of, footprint_of, names_of, ramps_of, turning_radius_of
 
     robot, shipped = driven.robot, shipped_parameters()
 
@@ -246,9 +238,10 @@ def _of_another_robot(
         is_fused = driven.is_fused
         named = of_names(names_of(robot, is_fused), groups, parameters, is_set)
         found = merged(named, _heights(robot, parameters), _BY_GYRO if is_fused else {})
+    radius = round(turning_radius_of(robot), 4)
     own = {
         node: {key: value for key, value in values.items() if not is_set(node, key)}
-        for node, values in found.items()
+        for node, values in merged(found, _by_reach(robot, radius, shipped)).items()
     }
     for node, prefix in _OUTLINES.items():
         frame = _base_frame(merged(parameters, own), node, prefix)
@@ -258,20 +251,21 @@ def _of_another_robot(
         if (axle := round(axle_of(robot, frame), 3)) and not is_set(node, f"{prefix}axle"):
             own = merged(own, {node: {f"{prefix}axle": axle}})
     own = merged(own, _ramps(parameters, shipped, *ramps_of(robot)))
-    sight = sight_of(robot)
-    if 0.0 < sight < ExplorationConfig.max_open_distance and not is_set("explorer", _OPEN):
-        own = merged(own, {"explorer": {_OPEN: sight}})
-    radius = round(turning_radius_of(robot), 4)
+    return merged(own, _in_bends(parameters, shipped, radius)) if radius else own
+
+
+def _by_reach(robot: Any, radius: float, shipped: Parameters) -> Parameters:
+    """Return what follows from how far a robot sees, how large it is and how wide it bends."""
+    from arjuna_nav.exploration.frontiers import ExplorationConfig
+    from arjuna_sim.inputs import footprint_of, sight_of
+
+    found: Parameters = {node: {_RADIUS: radius} for node in _STEERED} if radius else {}
+    if 0.0 < (sight := sight_of(robot)) < ExplorationConfig.max_open_distance:
+        found = merged(found, {"explorer": {_OPEN: sight}})
     window = _window(footprint_of(robot, ""), radius)
-    for key in ("width", "height"):
-        if window > shipped[LOCAL_COSTMAP.name][key] and not is_set(LOCAL_COSTMAP.name, key):
-            own = merged(own, {LOCAL_COSTMAP.name: {key: window}})
-    if not radius:
-        return own
-    for node in _STEERED:
-        if not is_set(node, _RADIUS):
-            own = merged(own, {node: {_RADIUS: radius}})
-    return merged(own, _in_bends(parameters, shipped, radius))
+    local = LOCAL_COSTMAP.name
+    sides = {key: window for key in ("width", "height") if window > shipped[local][key]}
+    return merged(found, {local: sides} if sides else {})
 
 
 def _window(outline: str, radius: float) -> int:

@@ -8,6 +8,7 @@ import os
 import re
 import time
 from contextlib import closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -46,34 +47,14 @@ def serve(words: list[str]) -> None:
         _as_tool(words)
         return
     wanted: list[list[str]] = []
-    folder = own_folder("robot")  # as long as the simulator that this process becomes
-
-    def spawn(request: Any, response: Any) -> Any:
-        resource = request.entity_resource
-        problem = "it starts"  # who asks too early asks again, and overwrites no robot of another
-        if not wanted:
-            path = Path(resource.uri or _written(resource.resource_string, folder.name))
-            problem = unfit(path)
-        if problem:
-            response.result.result = Result.RESULT_INCORRECT_STATE
-            response.result.error_message = f"the world waits for a robot that drives: {problem}"
-            return response
-        pose = request.initial_pose.pose
-        x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
-        options = ["--robot", str(path), "--at", f"{x}", f"{y}", "--yaw", f"{heading}"]
-        space = request.entity_namespace.strip("/")
-        described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
-        own = ["--without-description"] if described or space else []
-        wanted.append([*options, *(["--namespace", space] if space else []), *own])
-        response.result.result, response.entity_name = Result.RESULT_OK, request.name
-        return response
-
     with Client(name="gazebo") as client:
         name = named_world(words)
         if name.startswith("/"):  # a launch file's xacro may write it just now
             client.run_until(Path(name).is_file, _PATIENCE, required=False)
         world = world_of(name)
         held = bool(robots_in(world))
+        folder = own_folder("robot")  # as long as the simulator that this process becomes
+        spawn = partial(_spawn, wanted, client, folder.name)
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
         if not held:
             spawns = "'ros2 run ros_gz_sim create' spawns one"
@@ -85,6 +66,30 @@ def serve(words: list[str]) -> None:
             wanted.append(["--without-description"] if described else [])
         client.pause(0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
+
+
+def _spawn(
+    wanted: list[list[str]], client: Client, folder: str, request: Any, response: Any
+) -> Any:
+    """Note how the simulator has to start for a robot, the first one that drives."""
+    resource = request.entity_resource
+    problem = "it starts"  # who asks too early asks again, and overwrites no robot of another
+    if not wanted:
+        path = Path(resource.uri or _written(resource.resource_string, folder))
+        problem = unfit(path)
+    if problem:
+        response.result.result = Result.RESULT_INCORRECT_STATE
+        response.result.error_message = f"the world waits for a robot that drives: {problem}"
+        return response
+    pose = request.initial_pose.pose
+    x, y, heading = pose.position.x, pose.position.y, yaw(pose.orientation)
+    options = ["--robot", str(path), "--at", f"{x}", f"{y}", "--yaw", f"{heading}"]
+    space = request.entity_namespace.strip("/")
+    described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
+    own = ["--without-description"] if described or space else []
+    wanted.append([*options, *(["--namespace", space] if space else []), *own])
+    response.result.result, response.entity_name = Result.RESULT_OK, request.name
+    return response
 
 
 def _as_tool(words: list[str]) -> None:
