@@ -85,10 +85,11 @@ def _toward(
     beam = round((turn % (2.0 * math.pi)) / abs(increment))
     if beam < 1 or beam + 1 >= len(ranges):
         return math.inf, 0.0, 0.0
-    shortest = min(ranges[beam - 1], ranges[beam], ranges[beam + 1])
-    longest = max(ranges[beam - 1], ranges[beam], ranges[beam + 1])
-    if not longest < range_max or not shortest >= range_min:
-        return math.inf, 0.0, 0.0
+    shortest, longest = math.inf, 0.0
+    for measured in ranges[beam - 1 : beam + 2]:
+        if not range_min <= measured < range_max:  # what is not a number says nothing, too
+            return math.inf, 0.0, 0.0
+        shortest, longest = min(shortest, measured), max(longest, measured)
     return distance, shortest, longest
 
 

@@ -10,8 +10,8 @@ import pytest
 
 from arjuna_core.arrays import Floats
 from arjuna_core.scan import Scan
-from arjuna_core.se2 import IDENTITY, SE2
-from arjuna_slam.matching.contradiction import longest, seen_and_contradicted
+from arjuna_core.se2 import IDENTITY, SE2, wrap
+from arjuna_slam.matching.contradiction import gone_through, longest, seen_and_contradicted
 from arjuna_slam.matching.scan_filter import LastOdometry, ScanFilter, Skip, motion_within
 from arjuna_slam.matching.surface import Surface
 from tests.slam.slam_room import box, scan_at
@@ -111,16 +111,43 @@ def test_an_end_that_is_there_is_seen() -> None:
     assert counts(END, scans) == (17, 0)
 
 
-def test_what_lies_behind_a_wall_says_nothing() -> None:
-    scans = [(scan_at(SHORT, pose), pose) for pose in VIEWS]
-    assert counts(END + np.array([3.0, 0.0]), scans) == (0, 0)
+def verdict(point: Floats, scan: Scan, pose: SE2, range_max: float) -> str:
+    """Return what the three beams beside a point say of it."""
+    at = (pose @ scan.T_base_sensor).inverse().apply(point[None])[0]
+    distance, bearing = math.hypot(*at), math.atan2(at[1], at[0])
+    bearings = scan.angle_min + scan.angle_increment * np.arange(len(scan.ranges))
+    off = [abs(wrap(float(each) - bearing)) for each in bearings]
+    nearest = int(np.argmin(off))
+    farthest = min(scan.range_max, range_max)
+    if nearest in (0, len(bearings) - 1) or not scan.range_min <= distance < farthest:
+        return ""
+    beams = scan.ranges[nearest - 1 : nearest + 2].tolist()
+    if not all(scan.range_min <= beam < farthest for beam in beams):
+        return ""
+    if min(beams) > distance + 0.4:
+        return "through"
+    return "on" if min(beams) - 0.2 < distance < max(beams) + 0.2 else ""
 
 
-def test_what_is_out_of_view_says_nothing() -> None:
-    scans = [
-        (scan_at(LONG, pose, field_of_view=math.pi), pose) for pose in (SE2(1.0, 1.0, math.pi),)
-    ]
-    assert counts(END, scans) == (0, 0)
+@pytest.mark.parametrize("seed", range(12))
+def test_the_beams_beside_points_say_whether_they_are_there(seed: int) -> None:
+    rng, turn = np.random.default_rng(seed), 0.1 * (-1) ** seed
+    points = rng.uniform(-4.0, 4.0, (60, 2))
+    scans = []
+    for _ in range(3):
+        ranges = np.repeat(rng.uniform(0.3, 8.0, 10), 4)
+        ranges[rng.integers(0, 40, 4)] = rng.choice([math.inf, math.nan, 0.1, 6.9], 4)
+        mount, pose = (SE2(*rng.uniform(-1.0, 1.0, 3).tolist()) for _ in range(2))
+        first = float(rng.uniform(-3.0, 3.0))
+        scans.append((Scan(ranges, first, turn, 0.5, 6.0, T_base_sensor=mount), pose))
+    said = [[verdict(point, *each, 5.0 + seed % 3) for each in scans] for point in points]
+    seen, against = seen_and_contradicted(points, scans, 5.0 + seed % 3)
+    assert seen.tolist() == [any(each) for each in said]
+    share = [each.count("through") > 0.7 * sum(map(bool, each)) for each in said]
+    assert against.tolist() == share
+    through = gone_through(points, scans, 5.0 + seed % 3)
+    assert through.tolist() == ["through" in each for each in said]
+    assert 0 < sum(share) < sum(map(any, said)) < len(points)
 
 
 def test_the_longest_thing_is_one_without_gaps() -> None:
