@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from arjuna_core.errors import RobotError
+from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
@@ -18,7 +19,7 @@ from arjuna_sim.devices.sensors.lidar import CloudSettings, LidarConfig
 from arjuna_sim.driven_robot import Observation
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.world_file import load_world
-from arjuna_sim.model.entities import BlockedPoseError
+from arjuna_sim.model.entities import BlockedPoseError, Entity
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.physics.robot_body import ROBOTS_MAX
 from arjuna_sim.simulation import Simulation, Start
@@ -210,7 +211,9 @@ def test_a_pose_that_is_taken_is_refused_and_nothing_changes() -> None:
         simulation.add("c", Start(BURGER, SE2(2.05)))
     assert set(simulation.robots) == set(simulation.stage.robots) == {"a", "b"}
     simulation.add("c", Start(BURGER, SE2(3.0)))
+    simulation.stage.spawn(Entity("post", (), start=Pose3((5.0, 0.0, 0.0)), spawned=True))
     simulation.clear_spawned()
+    assert simulation.stage.entities == ()
     assert set(simulation.robots) == {"a", "b"}
 
 

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import bz2
 import shutil
 import sqlite3
 from collections.abc import Callable
 from pathlib import Path
 
+import lz4.frame
 import pytest
 from mcap.writer import Writer
+from rosbags.rosbag1 import ReaderError
 
+from arjuna_core.bags import ros1_file
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import BagMessage, TopicQos, dump, offer_for, parse, request_for
 from arjuna_core.errors import InputFileError
@@ -167,7 +171,9 @@ def test_a_whole_bag_is_read_in_the_order_of_time(tmp_path: Path) -> None:
     bag = Bag(path)
     assert (bag.storage, bag.counts["/tf"], bag.topics["/tf"].encoding) == ("rosbag1", 40, "ros1")
     assert (bag.start, bag.end) == (100 * MS, 4000 * MS)
-    assert len(list(bag.messages(start=2000 * MS))) == 21
+    for start in (0, 100, 101, 2000, 4000, 4001):
+        kept = [m for m in messages if m.time >= start * MS]
+        assert list(bag.messages(start=start * MS)) == kept
     assert list(bag.messages(lambda topic: False)) == []
 
 
@@ -189,6 +195,22 @@ def test_a_ros1_chunk_larger_than_it_says_is_not_unpacked(tmp_path: Path) -> Non
     messages, problems = read(path)
     assert len(messages) < len(ENTRIES)
     assert "a chunk of 100 bytes holds 101" in " ".join(problems)
+
+
+@pytest.mark.parametrize(
+    ("unpack", "pack"),
+    [(ros1_file._bz2, bz2.compress), (ros1_file._lz4, lz4.frame.compress)],
+    ids=["bz2", "lz4"],
+)
+def test_no_more_is_unpacked_than_a_chunk_may_hold(
+    unpack: Callable[[bytes, int], bytes],
+    pack: Callable[[bytes], bytes],
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(ros1_file, "_CHUNK_MAX", 100)
+    assert unpack(pack(b"x" * 50), 50) == b"x" * 50
+    with pytest.raises(ReaderError, match="a chunk of 9000 bytes holds 101"):
+        unpack(pack(b"x" * 9000), 9000)
 
 
 @pytest.mark.parametrize("spoil", [lambda data: b"no recording" * 100, lambda data: data[:4200]])

@@ -63,7 +63,14 @@ def test_split_recordings_are_read_as_one(tmp_path: Path, limits: SplitLimits) -
     bag = Bag(tmp_path / "bag")
     assert len(bag.files) >= 5
     assert [file.name for file in bag.files[:2]] == ["bag_0.mcap", "bag_1.mcap"]
-    assert times(bag) == list(range(100))
+    for start in range(101):
+        found = [message.time // MS for message in bag.messages(start=start * MS)]
+        assert found == list(range(start, 100))
+    paths = [tmp_path / "bag" / file.name for file in bag.files]
+    assert bag.current_file == paths[-1]
+    assert bag.share == pytest.approx(1.0, abs=1e-3)
+    assert (bag.start, bag.end) == (0, 99 * MS)
+    assert bag.size == sum(path.stat().st_size for path in paths)
     metadata = tmp_path / "bag" / "metadata.yaml"
     files = yaml.safe_load(metadata.read_text())["rosbag2_bagfile_information"]["files"]
     starts = [file["starting_time"]["nanoseconds_since_epoch"] for file in files]
@@ -72,6 +79,16 @@ def test_split_recordings_are_read_as_one(tmp_path: Path, limits: SplitLimits) -
     metadata.unlink()
     (tmp_path / "bag" / "notes.txt").write_text("what lies beside them is none of them")
     assert times(Bag(tmp_path / "bag")) == list(range(100))
+
+
+def test_a_recording_of_nothing_begins_and_ends_at_zero(tmp_path: Path) -> None:
+    write_numbers(tmp_path / "bag", 0).close()
+    bag = Bag(tmp_path / "bag")
+    assert (bag.start, bag.end, times(bag)) == (0, 0, [])
+    text = yaml.safe_load((tmp_path / "bag" / "metadata.yaml").read_text())
+    found = text["rosbag2_bagfile_information"]
+    assert found["duration"] == {"nanoseconds": 0}
+    assert found["starting_time"] == {"nanoseconds_since_epoch": 0}
 
 
 def test_an_existing_folder_is_never_written_into(tmp_path: Path) -> None:

@@ -389,9 +389,14 @@ def test_moves_within_is_true_where_anything_moves_near_a_point(T_map_odom: SE2)
 
 def test_what_is_laid_over_the_costs_is_taken_off_again() -> None:
     watched, untouched = Watched(), Watched()
+    known = watched.layered.costmap.data.copy()
     for k in range(40):
         watched.see((1.6, -2.5 + 0.12 * k))
         untouched.see()
+        data, changed = watched.layered.costmap.data, watched.layered.take_changed()
+        if changed is not None:
+            known[changed] = data[changed]
+        np.testing.assert_array_equal(known, data, "nothing has changed elsewhere")
         if k == 14:
             assert (watched.layered.costmap.data != untouched.layered.costmap.data).any()
     watched.layered.take_changed()

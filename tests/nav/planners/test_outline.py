@@ -79,6 +79,8 @@ def test_there_is_no_path_through_what_is_too_narrow() -> None:
     costmap = costs(corridor(SE2(), width=0.2))
     path = find_path(SE2(0.5, 1.5, 0.0), SE2(3.0, 1.5, 0.0), costmap, LONG, DRIVE)
     assert path.shape == (0, 3)
+    for start, end in ((SE2(0.5, 1.5), SE2(9.0, 1.5)), (SE2(9.0, 1.5), SE2(0.5, 1.5))):
+        assert find_path(start, end, costmap, LONG, DRIVE).shape == (0, 3)
 
 
 def test_what_collides_already_is_left_away_from_the_obstacle() -> None:

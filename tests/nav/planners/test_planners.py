@@ -17,6 +17,7 @@ from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.planners import Planner, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.theta_star import line_cost
 from tests.helpers.nav import planners
 from tests.helpers.nav.planners import CLASSES, ON_CELLS
 from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, room
@@ -106,6 +107,24 @@ def test_the_mazes_are_mazes() -> None:
     lengths = [shortest(seed) for seed in MAZES]
     assert np.isfinite(lengths).tolist() == [True] * 4 + [False]
     assert np.nanmean([v for v in lengths if math.isfinite(v)]) > 1.3 * math.hypot(37, 37)
+
+
+@pytest.mark.parametrize("seed", range(40))
+def test_a_straight_line_costs_the_mean_of_the_cells_it_touches(seed: int) -> None:
+    rng = np.random.default_rng(seed)
+    data = rng.integers(0, 9, (7, 8)).astype(np.uint8)
+    costs = np.append(rng.random(8), np.inf if seed % 2 else 1.0).astype(np.float32)
+    (r0, r1), (c0, c1) = rng.integers(0, 7, 2).tolist(), rng.integers(0, 8, 2).tolist()
+    rows, columns = np.indices(data.shape)
+    box = (np.minimum(r0, r1) <= rows) & (rows <= np.maximum(r0, r1))
+    box &= (np.minimum(c0, c1) <= columns) & (columns <= np.maximum(c0, c1))
+    off = 2 * np.abs((r1 - r0) * (columns - c0) - (c1 - c0) * (rows - r0))
+    edge = abs(r1 - r0) + abs(c1 - c0)  # there the line touches a corner of the cell alone
+    crossed = box & ((off < edge) | (off == 0))
+    expected = costs[data[crossed]].mean() * math.hypot(r1 - r0, c1 - c0)
+    if np.isinf(costs[data[box & (off == edge)]]).any() or np.isinf(expected):
+        expected = math.inf
+    assert line_cost(data, costs, r0, c0, r1, c1) == pytest.approx(expected, rel=1e-5)
 
 
 @pytest.mark.parametrize("origin", ORIGINS)

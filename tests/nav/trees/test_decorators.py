@@ -21,8 +21,11 @@ PATH = np.array([[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [2.0, 0.0, 0.0]])
 @pytest.mark.parametrize(
     ("xml", "ticks"),
     [
-        (f'<Repeat num_cycles="3">{OK}</Repeat>', [RUNNING, RUNNING, SUCCESS]),
-        (f'<RetryUntilSuccessful num_attempts="2">{NO}</RetryUntilSuccessful>', [RUNNING, FAILURE]),
+        (f'<Repeat num_cycles="3">{OK}</Repeat>', 2 * [RUNNING, RUNNING, SUCCESS]),
+        (
+            f'<RetryUntilSuccessful num_attempts="2">{NO}</RetryUntilSuccessful>',
+            2 * [RUNNING, FAILURE],
+        ),
         (f'<Timeout msec="150">{SPIN}</Timeout>', [RUNNING, RUNNING, FAILURE]),
         (f'<Delay delay_msec="150">{OK}</Delay>', [RUNNING, RUNNING, SUCCESS]),
         (f"<RunOnce>{OK}</RunOnce>", [SUCCESS, SKIPPED]),

@@ -32,12 +32,12 @@ START = SE2(1.0, -2.0, 3.0)
 
 
 class Formula:
-    """A vehicle that moves as two ideal wheels do, less a share of its path that grows with speed.
+    """A vehicle that moves as two ideal wheels do, less a share that grows with speed.
 
     Args:
         given: How it makes wheel speeds of velocities.
         true: How these move it.
-        slip: Share of the path that it loses at 1 m/s.
+        slip: Share that it loses of the path at 1 m/s, and of the turn at 1 rad/s.
         veer: Turn that it adds to a path [rad/m].
     """
 
@@ -53,7 +53,7 @@ class Formula:
         speeds = self._asked.speeds(velocity)
         self._wheels += speeds * self.tick
         v, w = self._true.base_motion(*speeds.tolist())
-        v *= 1.0 - self._slip * abs(v)
+        v, w = v * (1.0 - self._slip * abs(v)), w * (1.0 - self._slip * abs(w))
         turn = (w + self._veer * v) * self.tick
         self._pose = self._pose @ SE2.exp((v * self.tick, 0.0, turn))
 
@@ -162,7 +162,10 @@ def test_noise_covers_what_errors_remain_of_a_second_drive() -> None:
     veered = np.array([row.turn - row.true_turn for row in straight])
     assert result.noise.drift_noise == pytest.approx(math.sqrt((veered**2 / direction).mean()))
     assert result.noise.drift_noise == pytest.approx(0.05 * math.sqrt(direction.mean()), rel=0.05)
-    assert result.noise.angular_noise >= 1e-3
+    spins = [row for row in result.after if row.manoeuvre.kind == "spin"]
+    share = np.array([(row.turn - row.true_turn) ** 2 / abs(row.true_turn) for row in spins])
+    assert result.noise.angular_noise == pytest.approx(math.sqrt(share.mean()))
+    assert result.noise.angular_noise > 0.02
     np.testing.assert_array_equal(result.path_before, dead_reckon(result.check, NOMINAL))
     np.testing.assert_array_equal(result.path_after, dead_reckon(result.check, result.found))
 

@@ -13,6 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices import imu
 from arjuna_sim.devices.imu import ImuReading
 from arjuna_sim.devices.lidar import Cloud
 from arjuna_sim.devices.sensors.battery import BatterySettings, Supply
@@ -131,6 +132,35 @@ def test_orientation_of_an_imu_at_any_mount_is_that_of_its_frame(
     assert body.rpy()[:2] == pytest.approx((0.0, 0.0), abs=0.01)
     up = given.rotation().T @ (0.0, 0.0, 1.0)
     assert reading.angular_velocity == pytest.approx(last.truth.w * up, abs=0.05)
+
+
+@pytest.mark.parametrize("seed", range(5))
+def test_a_reading_of_an_imu_is_what_its_frame_feels_with_errors(seed: int) -> None:
+    rng, dt, tilt = np.random.default_rng(seed), 0.1, 0.3
+    frame, robot = (
+        Pose3.from_rpy((0.0, 0.0, 0.0), tuple(rng.uniform(-1.5, 1.5, 3).tolist())) for _ in range(2)
+    )
+    motion, last, gravity, draws = (rng.standard_normal(n) for n in (6, 6, 3, 14))
+    errors, headings, felt = rng.random((4, 6)), np.array([0.4, -0.2]), np.empty(6)
+    errors[3, 0] = 20.0  # forgotten within the time
+    noise = np.concatenate((draws[3:6], draws[9:12]))
+    bias = errors[0] * np.maximum(0.0, 1.0 - dt * errors[3])
+    bias += errors[1] * math.sqrt(dt) * np.concatenate((draws[:3], draws[6:9]))
+    own, facing, level = frame.rotation(), robot.rotation(), np.array(frame.quaternion)
+    turned = imu._read(
+        *(own.ravel(), level, facing.ravel(), motion, last, dt, gravity, draws),
+        *(errors.copy(), tilt, headings, felt),
+    )
+    off = bias + errors[2] * noise
+    np.testing.assert_allclose(felt[:3], own.T @ motion[:3] + off[:3])
+    np.testing.assert_allclose(felt[3:], own.T @ ((motion[3:] - last[3:]) / dt - gravity) + off[3:])
+    yaw = robot.rpy()[2]
+    believed = 0.4 + yaw + 0.2 + dt * own[2] @ off[:3]
+    assert headings == pytest.approx([believed, yaw])
+    tilted = Pose3.from_rpy((0.0, 0.0, 0.0), (tilt * draws[-2], tilt * draws[-1], believed))
+    level_at = Pose3.from_rpy((0.0, 0.0, 0.0), (0.0, 0.0, -yaw)) @ frame
+    expected = (tilted @ level_at).rotation()
+    np.testing.assert_allclose(Pose3(quaternion=turned).rotation(), expected, atol=1e-9)
 
 
 def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ import pytest
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.shapes import Group, Kind, Mesh, Part, Shape, Terrain
-from arjuna_sim.physics.geoms import add_part
+from arjuna_sim.physics.geoms import add_part, rank_friction
 
 AT = Pose3((1.0, 2.0, 3.0))
 CUBE = np.array([[i & 1, i >> 1 & 1, i >> 2] for i in range(8)], np.float64)
@@ -67,6 +67,18 @@ def test_a_simple_shape_is_a_geom_of_half_its_edges(shape: Shape, size: tuple[fl
     assert model.geom_rgba[0] == pytest.approx((0.1, 0.2, 0.3, 0.4))
     assert (model.geom_friction[0, 0], model.geom_priority[0]) == (0.25, 1)
     assert model.body_mass.sum() == 0.0
+
+
+def test_the_lower_friction_holds_with_the_stiffness_of_the_tyre() -> None:
+    plane = "<geom type='plane' size='1 1 1' priority='{}' friction='{}'/>"
+    ball = "<geom size='1' priority='1' friction='1' solref='0.1 2' solimp='0.5 0.6 0.01 0.4 3'/>"
+    inside = plane.format(1, 0.2) + plane.format(1, 2.0) + plane.format(0, 0.1)
+    text = f"<mujoco><worldbody>{inside}<body><freejoint/>{ball}</body></worldbody></mujoco>"
+    model = mujoco.MjModel.from_xml_string(text)
+    rank_friction(model, [3])
+    assert model.geom_priority.tolist() == [3, 1, 0, 2]
+    for values in (model.geom_solref, model.geom_solimp):
+        assert (values == values[3]).all(axis=1).tolist() == [True, False, False, True]
 
 
 @pytest.mark.parametrize(

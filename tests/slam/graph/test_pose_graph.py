@@ -10,10 +10,12 @@ import pytest
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import InputFileError
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.graph.optimizer import optimize
 from arjuna_slam.graph.pose_graph import Edge, EdgeKind, PoseGraph
 from arjuna_slam.graph.rivals import SeenField
+from arjuna_slam.matching.contradiction import gone_through
 from arjuna_slam.matching.field import Field
 from tests.helpers.posegraph import read_graph
 
@@ -154,6 +156,23 @@ def test_points_lie_on_seen_ground_where_its_cells_are() -> None:
     assert not ground.field.at(
         np.array([(x + 0.05, y - 0.05), (x + 0.05, y + 50.0)]), ground.seen
     ).any()
+
+
+@pytest.mark.parametrize("sees", [False, True])
+def test_ground_is_seen_about_walls_and_where_beams_pass(sees: bool) -> None:
+    surface, ends = Field(0.05, 0.1), np.array([[0.0, 0.0], [5.0, 0.0], [5.0, 3.0]])
+    surface.add(ends, np.tile((0.0, 1.0), (3, 1)))
+    coarse = surface.halved()
+    views = [(Scan(np.full(63, 9.0), 0.0, 0.05, 0.1, 10.0), SE2(1.0, 1.0))] if sees else []
+    found = SeenField.of(surface, coarse, views, 10.0)
+    assert found.field is coarse
+    for row, column in np.ndindex(coarse.score.shape):
+        r, c = row // 4, column // 4  # blocks of four cells are seen together
+        walls = surface.index[max(8 * r - 8, 0) : 8 * r + 16, max(8 * c - 8, 0) : 8 * c + 16]
+        middle = coarse.origin + 0.4 * np.array([[c + 0.5, r + 0.5]])
+        seen = walls.any() or coarse.score[row, column] > 0
+        assert found.seen[row, column] == (seen or gone_through(middle, views, 10.0)[0])
+    assert 0.1 < found.seen.mean() < 0.9
 
 
 @pytest.mark.parametrize("reach", [0.0, 0.25, 1.0])

@@ -53,7 +53,7 @@ def responses(
 
 
 WINDOWS = [
-    Window(0.15, 0.12, 2),
+    Window(0.07, 0.12, 2),  # no whole number of cells
     Window(0.15, 0.12, 3, distance_penalty=0.05, angle_penalty=0.02),
     Window(0.2, 0.05, 1, distance_penalty=0.01, angle_penalty=0.001, floor_xy=0.9),
 ]

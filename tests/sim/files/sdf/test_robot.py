@@ -213,9 +213,13 @@ def test_nested_models_prefix_their_names_unless_they_are_merged() -> None:
 
 def test_plugins_name_joints_as_the_robot_does() -> None:
     plugin = "<plugin name='p' filename='f'><joint> j </joint><topic>j2</topic></plugin>"
-    inner = f"<model name='in'>{link('a')}{link('b')}{joint('j', 'a', 'b')}{plugin}</model>"
-    (found,) = read_tagged(inner)[1].plugins
+    control = "<ros2_control><joint name='j'/><joint name='other'/></ros2_control>"
+    parts = link("a"), link("b"), joint("j", "a", "b"), plugin, control
+    xml = xml_of(f"<model name='in'>{''.join(parts)}</model>")
+    (found,) = read_sdf_robot(xml)[1].plugins
     assert [found.findtext(tag) for tag in ("joint", "topic")] == ["in/j", "j2"]
+    names = [tag.get("name") for tag in xml.root.iterfind(".//ros2_control/joint")]
+    assert names == ["in/j", "other"]
 
 
 def test_what_no_joint_carries_is_fixed_to_what_carries_most() -> None:
