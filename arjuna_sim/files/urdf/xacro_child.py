@@ -196,9 +196,9 @@ def _answer(request: dict[str, Any]) -> dict[str, Any]:
         return {"error": f"a file declares a DTD or entities ({kind}); plain XML is valid"}
     except RecursionError:
         return {"error": "macros or includes call themselves without end"}
-    except MemoryError:
-        return {"error": f"it takes more than {_MEMORY_BYTES // 1_000_000} MB"}
     except Exception as error:  # noqa: BLE001 - macros are code: they can raise anything
+        if MemoryError in (type(error), type(error.__context__)):
+            return {"error": f"it takes more than {_MEMORY_BYTES // 1_000_000} MB"}
         reason = " ".join(str(error).split()) or type(error).__name__
         remedies = [remedy for text, remedy in _REMEDIES if text in reason][:1]
         notes = (text for _, text in expansion.notes)

@@ -156,6 +156,8 @@ def test_an_expansion_that_does_not_end_is_refused(
 ) -> None:
     with pytest.raises(RobotError, match="more than 1 s of computing"):
         _expand(tmp_path, "<a b='${9**9**9}'/>")
+    with pytest.raises(RobotError, match="it takes more than 400 MB"):
+        _expand(tmp_path, "<a b='${len(2**29 * [0])}'/>")
 
     def run(command: object, timeout: float, **given: object) -> None:
         raise subprocess.TimeoutExpired("xacro", timeout)
