@@ -17,7 +17,7 @@ from rosbags.typesys.store import Typestore
 from arjuna_core.bags.decoder import Decoder
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import TopicInfo, TopicQos
-from arjuna_core.bags.writer import BagFolder, SplitLimits
+from arjuna_core.bags.writer import BagFolder, BagFormat, SplitLimits
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 
@@ -163,9 +163,14 @@ LATCHED = TopicInfo(
 MS = 1_000_000
 
 
-def write_numbers(folder: Path, count: int = 100, limits: SplitLimits | None = None) -> BagFolder:
+def write_numbers(
+    folder: Path,
+    count: int = 100,
+    limits: SplitLimits | None = None,
+    form: BagFormat | None = None,
+) -> BagFolder:
     """Write a message each millisecond, flushed each ten; the folder is not closed."""
-    bag = BagFolder(folder, limits or SplitLimits())
+    bag = BagFolder(folder, limits or SplitLimits(), form or BagFormat())
     for number in range(count):
         topic = LATCHED if number % 10 == 0 else NUMBER
         bag.write(topic, number * MS, bytes([0, 1, 0, 0, number % 256, 0, 0, 0]), number * MS)

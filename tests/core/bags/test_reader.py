@@ -6,6 +6,7 @@ import bz2
 import shutil
 import sqlite3
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import lz4.frame
@@ -14,12 +15,23 @@ from mcap.writer import Writer
 from rosbags.rosbag1 import ReaderError
 
 from arjuna_core.bags import ros1_file
+from arjuna_core.bags.decoder import DecodeError, Decoder, is_standard
 from arjuna_core.bags.reader import Bag
-from arjuna_core.bags.topic import BagMessage, TopicQos, dump, offer_for, parse, request_for
+from arjuna_core.bags.topic import (
+    BagMessage,
+    TopicInfo,
+    TopicQos,
+    dump,
+    offer_for,
+    parse,
+    request_for,
+)
 from arjuna_core.errors import InputFileError
 from tests.core.bags.recordings import (
     ENTRIES,
+    LATCHED,
     MS,
+    NUMBER,
     Cdr,
     times,
     write_numbers,
@@ -70,6 +82,39 @@ def test_a_missing_file_of_a_folder_is_named(tmp_path: Path) -> None:
     shutil.move(tmp_path / "bag" / "bag_0.mcap", tmp_path / "elsewhere.mcap")
     with pytest.raises(InputFileError, match=r"bag_0\.mcap"):
         Bag(tmp_path / "bag")
+
+
+OWN = TopicInfo("/own", "own/msg/Pair")
+WORD = f"{'=' * 80}\nMSG: own/Word\nstring data\n"
+
+
+def test_messages_of_types_that_the_recording_defines_are_decoded() -> None:
+    own = replace(OWN, definition=f"int32 number\nown/Word word\n{WORD}")
+    data = Cdr().put("i", 7).text("seven").bytes()
+    decoder = Decoder()
+    for _ in range(2):
+        pair = decoder.decode(own, data)
+        assert (pair.number, pair.word.data) == (7, "seven")
+    for definition in ("", "int32 data"):
+        number = TopicInfo("/n", "std_msgs/msg/Int32", definition=definition)
+        assert decoder.decode(number, Cdr().put("i", 5).bytes()).data == 5
+        assert is_standard(number)
+    assert not is_standard(replace(number, definition="int64 data"))
+    assert is_standard(own)
+
+
+@pytest.mark.parametrize(
+    ("topic", "problem"),
+    [
+        (replace(NUMBER, encoding="json"), "/number is encoded as 'json'; valid: cdr, ros1"),
+        (replace(NUMBER, type_name="own/msg/None", definition=""), "own/msg/None: "),
+        (replace(NUMBER, type_name="own/msg/None", definition="!"), "own/msg/None: "),
+        (replace(LATCHED, definition=""), "std_msgs/msg/String: "),
+    ],
+)
+def test_what_cannot_be_decoded_is_said(topic: TopicInfo, problem: str) -> None:
+    with pytest.raises(DecodeError, match=problem):
+        Decoder().decode(topic, Cdr().put("i", 99).bytes())
 
 
 STRONG, WEAK = TopicQos(latched=True, depth=1), TopicQos(reliable=False, depth=5)

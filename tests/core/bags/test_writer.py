@@ -11,10 +11,10 @@ import pytest
 import yaml
 from rosbags.rosbag2 import Reader
 
-from arjuna_core.bags.file_writer import RecordingError
+from arjuna_core.bags.file_writer import McapWriter, RecordingError
 from arjuna_core.bags.reader import Bag
 from arjuna_core.bags.topic import dump
-from arjuna_core.bags.writer import BagFolder, SplitLimits, repair
+from arjuna_core.bags.writer import STORAGES, BagFolder, BagFormat, SplitLimits, reindex, repair
 from arjuna_core.errors import InputFileError
 from tests.core.bags.recordings import (
     ENTRIES,
@@ -27,9 +27,25 @@ from tests.core.bags.recordings import (
     write_words,
 )
 
+FORMS = [
+    *(BagFormat(storage, compression=c) for storage in STORAGES for c in ("", "file", "message")),
+    BagFormat("sqlite3", "resilient", threads=1),
+    *(BagFormat(preset=preset) for preset in McapWriter.PRESETS),
+    BagFormat(settings={"noChunking": True, "compression": "Lz4"}, custom={"robot": "burger"}),
+]
 
-def test_what_is_written_is_read_by_rosbags_too(tmp_path: Path) -> None:
-    write_numbers(tmp_path / "bag").close()
+
+@pytest.mark.parametrize("form", FORMS)
+def test_what_is_written_is_read_by_rosbags_too(tmp_path: Path, form: BagFormat) -> None:
+    write_numbers(tmp_path / "bag", limits=SplitLimits(duration=0.03), form=form).close()
+    metadata = tmp_path / "bag" / "metadata.yaml"
+    before = yaml.safe_load(metadata.read_text())
+    again = reindex(tmp_path / "bag")
+    assert (again.storage, again.counts.total()) == (form.storage, 100)
+    assert before["rosbag2_bagfile_information"].pop("custom_data", None) == (form.custom or None)
+    after = yaml.safe_load(metadata.read_text())
+    after["rosbag2_bagfile_information"].pop("custom_data", None)
+    assert after == before
     ours = [(m.topic.name, m.time, m.data) for m in Bag(tmp_path / "bag").messages()]
     with Reader(tmp_path / "bag") as reader:
         theirs = [(c.topic, time, data) for c, time, data in reader.messages()]

@@ -93,7 +93,19 @@ def test_commands_are_means_of_samples_weighed_by_costs(noise_time: float, model
         driven = np.column_stack((driven[:, 1:], found[:, 0]))
 
 
-def test_what_is_tried_is_rolled_out_from_the_velocity_driven() -> None:
+def within(
+    controls: Floats, first: float, low: float, high: float, down: float, up: float
+) -> Floats:
+    """Return velocities from the first on that follow controls as far as limits allow."""
+    found = [np.full(BATCH, first)]
+    for row in controls[:-1]:
+        wanted = np.clip(row, low, high)
+        found.append(np.clip(wanted, found[-1] - down * DT, found[-1] + up * DT))
+    return np.array(found)
+
+
+@pytest.mark.parametrize("limits", [FREE, Limits(-0.1, 0.3, 0.4, 0.5, 0.8, 0.9, 0.2, 0.6, 0.7)])
+def test_what_is_tried_is_rolled_out_from_the_velocity_driven(limits: Limits) -> None:
     seen: list[Rollouts] = []
 
     def judge(rollouts: Rollouts) -> tuple[Floats, bool]:
@@ -101,11 +113,14 @@ def test_what_is_tried_is_rolled_out_from_the_velocity_driven() -> None:
         return np.zeros(BATCH, np.float32), False
 
     config = made_config(motion_model="Omni")
-    Optimizer(config).improve(Velocity(0.2, y=0.3, yaw_rate=-0.1), FREE, judge)
+    Optimizer(config).improve(Velocity(0.2, y=0.3, yaw_rate=-0.1), limits, judge)
     v, w, side = made_noise(config)
-    assert seen[0].v == pytest.approx(np.vstack((np.full(BATCH, 0.2), v[:-1])), abs=1e-5)
-    assert seen[0].w == pytest.approx(np.vstack((np.full(BATCH, -0.1), w[:-1])), abs=1e-5)
-    assert seen[0].side == pytest.approx(np.vstack((np.full(BATCH, 0.3), side[:-1])), abs=1e-5)
+    most, w_max, change = limits.side_max, limits.w_max, limits.accel_w
+    v = within(v, 0.2, limits.v_min, limits.v_max, limits.decel, limits.accel)
+    w = within(w, -0.1, -w_max, w_max, change, change)
+    side = within(side, 0.3, -most, most, limits.side_decel, limits.side_accel)
+    for found, expected in ((seen[0].v, v), (seen[0].w, w), (seen[0].side, side)):
+        assert found == pytest.approx(expected, abs=1e-5)
     yaw = np.vstack((np.zeros(BATCH), np.cumsum(seen[0].w * DT, axis=0)))[:-1]
     at = np.cumsum((seen[0].v + 1j * seen[0].side) * DT * np.exp(1j * yaw), axis=0)
     assert seen[0].x + 1j * seen[0].y == pytest.approx(at, abs=1e-4)

@@ -9,9 +9,10 @@ import numpy as np
 import pytest
 
 from arjuna_core.scan import RangeReading
-from arjuna_core.se2 import SE2
+from arjuna_core.se2 import SE2, wrap
 from arjuna_nav.costmap import LETHAL, LayeredCostmap, PlacedRange
 from arjuna_nav.costmap.costmap import UNKNOWN
+from arjuna_nav.costmap.layers.range_sensor import _enter_cone
 from tests.helpers.nav.layers import costmap_config, see
 
 POSES = [SE2(), SE2(1.0, -0.5, 2.0)]
@@ -66,11 +67,40 @@ def test_one_reading_is_not_sure_enough() -> None:
     assert not (layered.costmap.data == LETHAL).any()
 
 
-def test_far_readings_are_believed_less() -> None:
-    near, far = costmap(), costmap(phi=0.2)
-    for layered in (near, far):
-        enter(layered, SE2(), 1.0, times=2)
-    assert (near.costmap.data == LETHAL).sum() > (far.costmap.data == LETHAL).sum()
+@pytest.mark.parametrize("inflate", [0.0, 0.3, 1.0])
+@pytest.mark.parametrize("nothing", [False, True])
+@pytest.mark.parametrize("heading", [0.4, 2.0, -2.5])
+def test_each_cell_of_a_cone_takes_what_nav2_s_sensor_model_says(
+    inflate: float, nothing: bool, heading: float
+) -> None:
+    cell, distance, half, fades = 0.05, 1.1, 0.35, 0.9
+    sensor = np.array([1.6, 1.4, heading])
+    data = np.random.default_rng(1).integers(1, LETHAL, (60, 64)).astype(np.uint8)
+    rows, columns = np.indices(data.shape)
+    x, y = (columns + 0.5) * cell - sensor[0], (rows + 0.5) * cell - sensor[1]
+    at, off = np.hypot(x, y), wrap(np.arctan2(y, x) - heading)
+    belief = np.where(np.abs(off) <= half, 1.0 - (off / half) ** 2, 0.0)
+    belief *= 1.0 - 0.5 * (1.0 + np.tanh(2.0 * (at - fades)))
+    gap = (at - distance) / (cell * distance)
+    before, rises = 0.5 * (1.0 - belief), 0.5 * belief * (gap + 2.0) ** 2
+    peak = 0.5 + belief * 0.5 * (1.0 - gap**2)
+    says = np.select([gap < -2.0, gap < -1.0, gap < 1.0], [before, before + rises, peak], 0.5)
+    if nothing:
+        free = (np.abs(off) <= half) & (at <= distance * (1.0 + 2.0 * cell) + cell)
+        says = np.where(free, 0.0, 0.5)
+    prior = data / LETHAL
+    after = says * prior / (says * prior + (1.0 - says) * (1.0 - prior))
+    ends = 1.2 * distance * np.exp(1j * (heading + np.array([-half, half])))
+    corners = np.array([0.0, *ends, 0.0])  # round to the left
+    beside = x + 1j * y - corners[:3, None, None]
+    sides = ((corners[1:] - corners[:3]).conj()[:, None, None] * beside).imag
+    area = float((ends[0].conj() * ends[1]).imag)
+    known = (sides >= -inflate * area).all(axis=0) if inflate < 1.0 else says != 0.5
+    expected = np.where(known & (says != 0.5), after, prior) * LETHAL
+    found = data.copy()
+    _enter_cone(found, sensor, (distance, half, fades, inflate), nothing, cell)
+    assert np.abs(found - expected).max() < 1.01  # it is rounded down
+    assert (found != data).sum() > 100
 
 
 @pytest.mark.parametrize("distance", [0.05, 2.5, math.nan, math.inf])

@@ -63,6 +63,10 @@ def test_gazebos_plugin_has_its_topic_gains_and_start(tmp_path: Path) -> None:
     assert controller.topic == "/model/arm/joint/elbow/cmd_pos"
     assert (joint.gains, joint.initial) == (Gains(90.0, 0.0, 4.0), 0.7)
     assert "not simulated: <cmd_max>" in notes(robot)
+    file = write_arm(
+        tmp_path, extra=f"<gazebo>{POSITION.format(tags.replace('p_', 'i_'))}</gazebo>"
+    )
+    assert load_robot(file).settings.driven[0].gains == Gains(1.0, 90.0, 4.0)
 
 
 def test_what_names_no_joint_is_noted(tmp_path: Path) -> None:
