@@ -237,3 +237,12 @@ def test_what_the_cache_says_is_what_the_first_cast_said() -> None:
     first = model.weigh(poses, seen).factors
     np.testing.assert_array_equal(model.weigh(poses, seen).factors, first)
     assert (first > 1.0).all()
+
+
+@pytest.mark.parametrize(
+    ("edge", "headings"), [(596, 360), (597, 180), (1192, 90), (1193, 45), (2000, 45)]
+)
+def test_ranges_of_large_maps_are_kept_for_fewer_headings(edge: int, headings: int) -> None:
+    large = MapField(grid_with_edge(SE2()), 2.0)
+    large.occupied = large.unknown = np.zeros((edge, edge), np.bool_)
+    assert BeamModel(large, AmclConfig())._cache.shape == (edge, edge, headings)

@@ -187,6 +187,9 @@ def test_a_link_without_mass_is_half_as_heavy_as_water_and_one_without_shape_has
     assert found is not None
     assert found.mass == pytest.approx(DENSITY * (0.4 * 0.6 * 1.0 + pill))
     assert estimated_inertial([Part(Shape(Kind.PLANE))]) is None
+    dust = estimated_inertial([Part(Shape(Kind.BOX, (1e-4, 1e-4, 1e-4)))])
+    assert dust is not None
+    assert dust.mass == 1e-6
     ball = inertial_of_parts([], 2.0)
     assert ball.center == (0.0, 0.0, 0.0)
     np.testing.assert_allclose(ball.inertia, np.eye(3) * 0.4 * 2.0 * 0.05**2)
