@@ -34,7 +34,7 @@ def driven(steps: list[Step], start: SE2 = IDENTITY) -> tuple[SE2, list[tuple[fl
     [
         ([lambda pose: Leg(0.5)], SE2(1.0, 1.0, math.pi / 2), SE2(1.0, 1.5, math.pi / 2)),
         ([lambda pose: Leg(-0.3)], SE2(), SE2(-0.3, 0.0, 0.0)),
-        ([lambda pose: Leg(angle=-2.0)], SE2(), SE2(0.0, 0.0, -2.0)),
+        ([lambda pose: Leg(angle=-2.0)], SE2(1.0, 0.0, 2.5), SE2(1.0, 0.0, 0.5)),
         ([lambda pose: Leg(angle=7.0)], SE2(), SE2(0.0, 0.0, 7.0 - 2 * math.pi)),
         ([lambda pose: arc(math.pi / 2, 0.5, 1, 0.3)], SE2(), SE2(0.5, 0.5, math.pi / 2)),
         ([lambda pose: arc(math.pi / 2, 0.5, -1, 0.3)], SE2(), SE2(-0.5, -0.5, math.pi / 2)),
