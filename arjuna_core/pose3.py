@@ -23,8 +23,8 @@ class Pose3:
         quaternion: Rotation as a unit quaternion `(w, x, y, z)`, as MuJoCo orders it.
     """
 
-    position: Vector = (0.0, 0.0, 0.0)
-    quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)
+    position: Vector
+    quaternion: Quaternion
 
     def __init__(
         self, position: Vector = (0.0, 0.0, 0.0), quaternion: Quaternion = (1.0, 0.0, 0.0, 0.0)

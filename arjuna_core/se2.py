@@ -34,9 +34,9 @@ class SE2:
         theta: Rotation [rad], not wrapped by the constructor; `heading` reads the same.
     """
 
-    x: float = 0.0
-    y: float = 0.0
-    theta: float = 0.0
+    x: float
+    y: float
+    theta: float
 
     def __init__(self, x: float = 0.0, y: float = 0.0, theta: float = 0.0) -> None:
         # A frozen dataclass's own takes twice as long; thirty are made in a tick.

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,9 +14,10 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices import sensor_suite
 from arjuna_sim.devices.imu import Imu
 from arjuna_sim.devices.sensors.imu import ImuConfig, ImuSettings
-from arjuna_sim.devices.sensors.lidar import LidarConfig
+from arjuna_sim.devices.sensors.lidar import LidarConfig, LidarSettings
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROBOT, ROOM, edited, first, run, simulator
 
@@ -44,6 +46,20 @@ def test_range_beyond_the_maximum_is_plus_inf_and_too_near_is_minus_inf(tmp_path
     assert scan.ranges[225] == np.inf  # the corner, 6.9 m away
     assert scan.ranges[180] == -np.inf  # the red box, 2.25 m ahead
     assert scan.ranges[90] == pytest.approx(4.9, abs=0.01)
+
+
+def test_each_sensor_draws_its_noise_from_a_seed_of_its_own(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    settings, made = simulator().robot.model.settings, dict[Any, float]()
+
+    def mounted(sensor: Any, rng: np.random.Generator) -> Any:
+        made[type(sensor)] = rng.random()
+
+    monkeypatch.setattr(sensor_suite, "device_of", lambda sensor, mount: mount)
+    sensor_suite.SensorSuite(settings, mounted, np.array([3, 4], np.uint64))
+    drawn = [np.random.default_rng(seed).random() for seed in (3, 4)]
+    assert made == {LidarSettings: drawn[0], ImuSettings: drawn[1]}
 
 
 def test_resting_imu_feels_gravity_upward_with_its_noise() -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -204,6 +205,14 @@ def test_the_filter_follows_the_equations(
         difference[3:6] = [wrap(a) for a in difference[3:6]]
         assert np.abs(difference).max() < CLOSE
         assert np.abs(estimator.filter.covariance - peer.P).max() < CLOSE
+        later = copy.deepcopy(peer)
+        later.predict(0.1)
+        for each, ahead in ((peer, 0.0), (later, 0.1), (peer, -0.1)):
+            state, covariance = estimator.at(measured.stamp + ahead)
+            state = state - each.x
+            state[3:6] = [wrap(a) for a in state[3:6]]
+            assert np.abs(state).max() < CLOSE
+            assert np.abs(covariance - each.P).max() < CLOSE
     assert np.abs(peer.x[:2]).max() > 0.1
 
 

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,6 +19,7 @@ from arjuna_sim.devices.driving.joints import (
     JointControllers,
 )
 from arjuna_sim.devices.driving.trajectory import Trajectory
+from arjuna_sim.devices.driving.wheel_commands import WheelCommands
 from arjuna_sim.files.robots.robot_file import load_robot
 from tests.sim.arms import CONTROLLERS, JOINTS, write_arm
 
@@ -146,3 +150,34 @@ def test_a_switch_is_done_whole_or_not_at_all(arm: JointControllers) -> None:
     assert not {"shoulder/position", "finger/position"} & arm.claimed
     with pytest.raises(ControllerError, match="'gripper' is inactive; valid: unconfigured"):
         arm.set_state("gripper", INACTIVE, (UNCONFIGURED,))
+
+
+def test_wheels_are_a_controllers_from_its_first_command_on() -> None:
+    def controller(name: str, joints: tuple[str, ...], steers: bool | None) -> Any:
+        turns = lambda plugin, which: plugin == "p" and which is steers  # noqa: E731
+        return SimpleNamespace(name=name, joints=joints, turns_wheels=turns)
+
+    controllers = [
+        controller("right", ("arm", "c", "b"), False),
+        controller("bow", ("s", "b"), True),
+        controller("none", ("a",), None),
+    ]
+    drive = SimpleNamespace(wheels=("a", "b", "c"), steering=("r", "s"), plugin="p")
+
+    def commands(*those: Any) -> Any:
+        settings = SimpleNamespace(controllers=those)
+        robot: Any = SimpleNamespace(settings=settings, drive=drive)
+        return WheelCommands(robot)
+
+    speeds, angles, nan = np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2]), math.nan
+    assert commands(*controllers)
+    assert not commands(controllers[-1])
+    over = commands(*controllers).over
+    for values in ({}, {"right": np.array([5.0, nan, nan])}):
+        turned, steered = over(values, speeds, angles)
+        assert turned is speeds
+        assert steered is angles
+    given = {"right": np.array([5.0, 6.0, nan]), "bow": np.array([0.7, 9.0]), "none": speeds}
+    turned, steered = over(given, speeds, angles)
+    assert (turned.tolist(), steered.tolist()) == ([1.0, 2.0, 6.0], [0.1, 0.7])
+    assert (speeds.tolist(), angles.tolist()) == ([1.0, 2.0, 3.0], [0.1, 0.2])
