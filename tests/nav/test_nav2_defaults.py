@@ -27,6 +27,7 @@ NAV2: dict[str, dict[str, Any]] = yaml.safe_load(
 )
 REGISTRIES: tuple[PluginTypes, ...] = (
     *(CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS, PLANNERS, SMOOTHERS, TASKS, SOURCES, ZONES),
+    DOCK_TYPES,
 )
 NODES = {
     "behavior_server": "behavior_server:BehaviorServerConfig",
@@ -124,7 +125,7 @@ TAKEN = {
 
 @pytest.mark.parametrize("name", TAKEN)
 def test_values_that_nav2_takes_are_taken(name: str) -> None:
-    registry = next(each for each in (*REGISTRIES, DOCK_TYPES) if name in each.types)
+    registry = next(each for each in REGISTRIES if name in each.types)
     config: Any = registry.config_of(name, {})
     loaded = flatten(load(config, TAKEN[name]))
     assert {key: loaded[key] for key in TAKEN[name]} == TAKEN[name]

@@ -369,6 +369,8 @@ def test_a_steered_robots_curve_leads_round_obstacles(room: bool) -> None:
     costmap, start, goal = costmap_of(grid), SE2(1.6, 2.5), SE2(3.3, 2.5)
     approach = FinalApproach(ApproachConfig(), TrackerConfig(), ROBOT, 0.5)
     around: dict[str, Any] = {"remaining": 1.7, "speed": 0.5, "within": False, "heading": True}
+    for at, later in ((goal, {"remaining": 9.0}), (SE2(4.9, 2.5), {})):  # far, or off the map
+        assert approach.compute(Arrival(start, at, STILL, costmap, 0.0, **around | later)) is None
     command = approach.compute(Arrival(start, goal, STILL, costmap, 0.0, **around))
     assert (command is not None) is room
     assert approach.steers(9.0, 0.5) is room

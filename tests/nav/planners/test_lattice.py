@@ -21,6 +21,7 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import Planner, PlanStatus
 from arjuna_nav.planners.hybrid.lattice import generated, laid_out
+from arjuna_nav.planners.hybrid.moves import STEP
 from tests.helpers.nav.lattices import written
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room
@@ -37,6 +38,8 @@ def test_every_piece_ends_in_the_middle_of_a_cell_at_its_heading(radius: float) 
         assert abs(wrap(end[2] - lattice.angles[one.last])) < 1e-9
         assert one.length == 0.0 or one.length >= math.sqrt(2.0) - 1e-9
         steps = np.hypot(*np.diff(one.poses[:, :2], axis=0).T)
+        assert max(steps, default=0.0) <= STEP + 1e-6
+        assert one.length <= STEP * (len(one.poses) + 1)
         turns = np.abs(wrap(np.diff(one.poses[:, 2])))
         if one.side:
             assert (2.0 * radius * np.sin(turns / 2.0) <= steps + 1e-6).all()

@@ -110,10 +110,20 @@ def test_contacts_outlive_clearing_and_fade() -> None:
     end = drive(layered, Velocity(0.2))
     found = marks(layered)
     layered.clear_entirely()
+    layered.group.start(end)
     assert np.array_equal(marks(layered), found)
     layered.update(START, end + 50.0)
     assert np.array_equal(marks(layered), found)
     layered.update(START, end + 61.0)
+    assert not len(marks(layered))
+
+
+def test_contacts_of_a_later_time_are_those_of_another_run() -> None:
+    layered = costmap(memory=60.0)
+    drive(layered, Velocity(0.2), since=100.0)
+    assert len(marks(layered))
+    layered.group.start(50.0)
+    layered.update(START, 51.0)
     assert not len(marks(layered))
 
 
