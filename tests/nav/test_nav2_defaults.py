@@ -14,12 +14,16 @@ from arjuna_core.plugins import PluginTypes
 from arjuna_nav.controllers.mppi.config import MppiConfig
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.controllers.rotation_shim import RotationShimConfig
+from arjuna_nav.costmap.config import CostmapConfig
+from arjuna_nav.costmap.layers.observations import SourceConfig
+from arjuna_nav.costmap.layers.plugins import LAYERS
 from arjuna_nav.docking.dock_types import DOCK_TYPES
 from arjuna_nav.nodes.safety.sources import SOURCES
 from arjuna_nav.nodes.waypoints.tasks import TASKS
 from arjuna_nav.planners.base import PLANNERS
 from arjuna_nav.safety.zones import ZONES
 from arjuna_nav.smoothers.smoothers import SMOOTHERS
+from arjuna_slam.amcl.config import AmclNodeConfig
 
 pytestmark = pytest.mark.ros
 NAV2: dict[str, dict[str, Any]] = yaml.safe_load(
@@ -27,7 +31,7 @@ NAV2: dict[str, dict[str, Any]] = yaml.safe_load(
 )
 REGISTRIES: tuple[PluginTypes, ...] = (
     *(CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS, PLANNERS, SMOOTHERS, TASKS, SOURCES, ZONES),
-    DOCK_TYPES,
+    *(DOCK_TYPES, LAYERS),
 )
 NODES = {
     "behavior_server": "behavior_server:BehaviorServerConfig",
@@ -40,9 +44,15 @@ NODES = {
     "velocity_smoother": "velocity_smoother:VelocitySmootherConfig",
     "waypoint_follower": "waypoint_follower:WaypointFollowerConfig",
 }
+PARTS: dict[str, type[Any]] = {
+    "amcl": AmclNodeConfig,
+    "costmap": CostmapConfig,
+    "observation_source": SourceConfig,
+}
 STANDS = "Nav2's DWB stands where a file names no limits: it would be no default but a trap"
 PATIENT = "servers in Python may take longer to answer"
-SEARCH = "what our search finds is better or as soon; --as-nav2 sets Nav2's"
+AS_NAV2 = "--as-nav2 sets Nav2's"
+SEARCH = "what our search finds is better or as soon; " + AS_NAV2
 FRAME = "frames are the robot's own where a file names none"
 DIFFERS = {
     **{f"dwb_core::DWBLocalPlanner.{key}": STANDS for key in
@@ -53,6 +63,10 @@ DIFFERS = {
     **{f"bt_navigator.{key}": PATIENT for key in
        ("default_server_timeout", "default_cancel_timeout")},
     "bt_navigator.always_reload_bt_xml": "a tree that is being written is driven as it stands",
+    "costmap.initial_transform_timeout": "the robot's pose may come any time; " + AS_NAV2,
+    "amcl.transform_tolerance": "map -> odom is dated ahead by little; " + AS_NAV2,
+    **{f"amcl.recovery_alpha_{name}": "a robot that is lost is found; " + AS_NAV2
+       for name in ("fast", "slow")},
     **{f"{node}.{key}": FRAME for node in ("collision_monitor", "collision_detector")
        for key in ("base_frame_id", "odom_frame_id")},
     **{f"nav2_smac_planner::SmacPlanner{name}.{key}": SEARCH
@@ -72,6 +86,8 @@ def ours(section: str) -> dict[str, Any]:
         module, _, name = NODES[section].partition(":")
         config: Any = getattr(importlib.import_module(f"arjuna_nav.nodes.{module}"), name)
         return flatten(load(config, {}))
+    if section in PARTS:
+        return flatten(PARTS[section]())
     if section.startswith("nav2_mppi_controller::") and section.endswith("Critic"):
         return flatten(getattr(MppiConfig(), section.partition("::")[2]))
     if "RotationShim" in section:

@@ -6,6 +6,7 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 
+import numpy as np
 import pytest
 
 from arjuna_core.se2 import SE2, wrap
@@ -19,6 +20,7 @@ from arjuna_nav.behaviors.base import (
 )
 from arjuna_nav.behaviors.motions import AssistedTeleop, DriveConfig, DriveOnHeading, Spin, Wait
 from arjuna_nav.costmap import Costmap
+from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from tests.nav.worlds import Unicycle, costmap_of, empty_grid, grid_of
 
@@ -52,14 +54,20 @@ def test_spins_by_the_angle_asked_for(angle: float, slowest: float) -> None:
     assert abs(wrap(robot.pose.theta - 0.4 - angle)) < 0.12
 
 
-def test_a_spin_that_would_hit_something_is_refused() -> None:
+@pytest.mark.parametrize("rate", [0.8, 0.4])
+def test_a_spin_that_would_hit_something_is_refused(rate: float) -> None:
     costmap = costmap_of(grid_of(4.0, 4.0, (1.8, 2.4, 0.4, 0.1)), footprint=LONG)
     robot = Unicycle(SE2(2.0, 2.0, 0.0), delay=0)
     footprint = Footprint.parse(LONG, 0.0, 0.0)
-    result = run(Spin(1.57, CONFIG, footprint, 20.0), robot, costmap)
+    config = replace(CONFIG, max_rotational_vel=rate, min_rotational_vel=0.1)
+    result = run(Spin(1.57, config, footprint, 20.0), robot, costmap)
     assert result.status is BehaviorStatus.COLLISION_AHEAD
     assert "collision ahead at" in result.message
-    assert robot.pose.theta < 0.9
+    turns = np.linspace(0.0, 1.57, 158)
+    hit = first_collision(costmap, footprint, np.column_stack((*np.full((2, 158), 2.0), turns)))
+    assert hit is not None
+    ahead = max(0.0, turns[hit] - rate * config.simulate_ahead_time)
+    assert robot.pose.theta == pytest.approx(ahead, abs=0.1)
 
 
 def test_beyond_the_costmaps_grid_says_where_it_lies() -> None:
