@@ -25,6 +25,8 @@ from arjuna_sim.devices.sensors.lidar import (
     LidarSettings,
 )
 from arjuna_sim.devices.sensors.navsat import Fix
+from arjuna_sim.model.entities import Entity
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
 from arjuna_sim.model.settings import SensorSettings
 from arjuna_sim.simulation import Simulation
 from tests.sim.builders import EMPTY, ROOM, first, run, simulator
@@ -177,6 +179,20 @@ def test_heading_of_an_imu_drifts_with_its_gyros_and_survives_a_kidnapping(tmp_p
     assert before.angular_variance == pytest.approx(0.04)
     assert 0.001 < abs(before.rpy[2]) < 0.5
     assert after.rpy[2] == pytest.approx(before.rpy[2], abs=0.1)
+
+
+def test_a_sensor_goes_on_with_its_noise_where_something_is_spawned(tmp_path: Path) -> None:
+    maker = RobotMaker(tmp_path)
+    for name in ("first", "other"):
+        maker.add("imu", name)
+    sim = simulator(EMPTY, robot=maker.write())
+    device = sim.robot.device(_further(sim, "other"))
+    model, box = sim.stage.scene.model, Part(Shape(Kind.BOX, (0.1, 0.1, 0.1)))
+    sim.stage.spawn(Entity("box", (box,), start=Pose3((5.0, 0.0, 0.0)), spawned=True))
+    assert sim.stage.scene.model is not model
+    assert sim.robot.device(_further(sim, "other")) is device
+    sim.reset()
+    assert sim.robot.device(_further(sim, "other")) is not device
 
 
 def test_imu_starts_with_the_bias_of_its_file(tmp_path: Path) -> None:
