@@ -182,7 +182,9 @@ def test_a_pose_between_takes_the_shorter_turn_and_none_between_equal_ones() -> 
 
 @pytest.mark.parametrize("rpy", [(0.3, -0.4, 2.0), (-3.0, 1.2, -0.1), (0.0, 0.0, 0.0)])
 def test_roll_pitch_and_yaw_come_back(rpy: tuple[float, float, float]) -> None:
-    assert Pose3.from_rpy((0.0, 0.0, 0.0), rpy).rpy() == pytest.approx(rpy)
+    pose = Pose3.from_rpy((1.0, 2.0, 3.0), rpy)
+    assert pose.rpy() == pytest.approx(rpy)
+    assert pose.planar().array() == pytest.approx((1.0, 2.0, rpy[2]))
 
 
 @pytest.mark.parametrize(

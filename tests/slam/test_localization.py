@@ -26,20 +26,25 @@ def second_visit(at: int, count: int) -> list[tuple[Scan, SE2, SE2]]:
     return [(scan, AWAY @ odometry, truth) for scan, odometry, truth in log]
 
 
-@pytest.mark.parametrize("kind", [StartKind.NEAR_POSE, StartKind.ANYWHERE])
-def test_the_robot_is_found_and_followed_within_3_cm(session: Session, kind: StartKind) -> None:
+@pytest.mark.parametrize(("kind", "most"), [(StartKind.NEAR_POSE, 0), (StartKind.ANYWHERE, 10)])
+def test_the_robot_is_found_and_followed_within_3_cm(
+    session: Session, kind: StartKind, most: int
+) -> None:
     log = second_visit(40, 200)
     near = ORIGIN.inverse() @ log[0][2] @ SE2(0.4, -0.3, 0.2)
-    localizer = Localizer(SlamConfig(), session, Start(kind, near))
-    errors = []
+    localizer = Localizer(SlamConfig(scan_buffer_size=most), session, Start(kind, near))
+    errors, kept = [], 0
     for scan, odometry, truth in log:
         update = localizer.process(scan, odometry)
         assert update is not None
+        kept += update.keyframe
+        assert len(localizer._buffer) == min(kept, most)
         assert update.status is MatchStatus.MATCHED
         assert (update.T_map_odom @ odometry).distance(update.T_map_base) < 1e-9
         errors.append((ORIGIN @ update.T_map_base).distance(truth))
     assert math.sqrt(np.mean(np.square(errors))) < 0.02
     assert max(errors) < 0.03
+    assert (2 < kept < len(log) / 2) if most else not kept
 
 
 def test_localization_leaves_map_and_graph_unchanged(session: Session) -> None:

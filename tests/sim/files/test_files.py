@@ -12,6 +12,7 @@ from arjuna_core.se2 import IDENTITY
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.lidar import LidarSettings
 from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.search_path import is_file
 from arjuna_sim.files.world_file import load_world
 from tests.sim.builders import ROBOT, ROOM, edited, run, simulator, texts
 
@@ -34,6 +35,11 @@ def test_shipped_robot_says_what_it_is() -> None:
     assert (lidar.samples, lidar.range_max, lidar.rate, lidar.noise) == (360, 12.0, 10.0, 0.01)
     assert lidar.angle_max == pytest.approx(np.pi)
     assert robot.urdf.T_root("lidar_link").position == pytest.approx((0.0, 0.0, 0.28))
+
+
+def test_a_name_too_long_for_the_disk_is_no_file() -> None:
+    assert is_file(ROBOT)
+    assert not is_file(Path("x" * 5000))
 
 
 def test_shipped_world_has_the_guides_walls_and_boxes() -> None:
