@@ -16,8 +16,10 @@ from arjuna_nav.costmap.collision import first_collision
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.planners import PlanResult, PlanStatus, plan_through
 from arjuna_nav.planners import path as paths
+from arjuna_nav.planners.hybrid import planner
 from arjuna_nav.planners.hybrid.curves import along, length_to, shortest
 from arjuna_nav.planners.hybrid.moves import arcs
+from arjuna_nav.planners.hybrid.search import search
 from tests.helpers.nav.planners import make
 from tests.nav.worlds import block, costmap_of, empty_grid, room
 
@@ -247,7 +249,7 @@ def test_the_limit_of_poses_is_reported() -> None:
     assert "max_iterations = 3 poses" in result.message
 
 
-def test_bends_tighter_than_a_cell_are_driven() -> None:
+def test_bends_tighter_than_a_cell_are_driven(monkeypatch: pytest.MonkeyPatch) -> None:
     data = np.full((9, 9), 254, np.uint8)
     data[1:8, 4] = 0  # a corridor a cell wide, and the robot faces its wall
     costmap, start, goal = Costmap(GridFrame(1.0, 9, 9), data), SE2(4.5, 3.5), SE2(4.5, 6.5)
@@ -257,8 +259,16 @@ def test_bends_tighter_than_a_cell_are_driven() -> None:
     assert first_collision(costmap, footprint, path) is None
     steps, turns = np.hypot(*np.diff(path[:, :2], axis=0).T), np.abs(wrap(np.diff(path[:, 2])))
     assert (2.0 * RADIUS * np.sin(turns / 2.0) <= steps + 1e-6).all()
-    wide = make("smac hybrid", footprint, minimum_turning_radius=0.6)
-    assert wide.plan(costmap, start, goal).status is PlanStatus.NO_VALID_PATH
+    wide, looked = make("smac hybrid", footprint, minimum_turning_radius=0.6), []
+
+    def counted(*arguments: Any) -> Any:
+        looked.append(search(*arguments))
+        return looked[-1]
+
+    monkeypatch.setattr(planner, "search", counted)
+    result = wide.plan(costmap, start, goal)
+    assert result.status is PlanStatus.NO_VALID_PATH
+    assert [more for _, _, _, more in looked] == [int(result.message.split()[-3])], "all is known"
 
 
 @pytest.mark.parametrize(("reverse", "longer"), [(True, math.pi + 1e-6), (False, 8.4)])
