@@ -132,6 +132,13 @@ def test_unknown_space_starts_from_the_nearest_known_cell(hole: float, reached: 
     assert (goal is not None) == reached
 
 
+@pytest.mark.parametrize(("x", "reached"), [(-0.2, True), (-2.0, False), (8.2, False)])
+def test_a_robot_off_the_grid_starts_from_the_nearest_free_cell(x: float, reached: bool) -> None:
+    grid = half_known()
+    goal = next_goal(grid, costmap_of(grid, track_unknown=True), SE2(x, 2.0), [])
+    assert (goal is not None) is reached
+
+
 def half_known(known: float = 4.0) -> OccupancyGrid:
     """Return a hall of 8 x 4 m of which all from a line on is unknown."""
     grid = empty_grid(8.0, 4.0)
