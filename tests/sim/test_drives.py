@@ -49,6 +49,7 @@ STEERED = {
     "car, all wheels drive": cases.car("gz", "all"),
     "car, classic": cases.car("classic"),
     "car, controlled": cases.car("control"),
+    "car, of a maker's plugin": cases.prius(),
     "car without a plugin": cases.car(""),
     "car of endless steering": cases.car("", steer="continuous"),
     "car, whose wheels mimic": cases.car_led(virtual=False),

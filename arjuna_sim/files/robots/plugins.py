@@ -72,13 +72,16 @@ _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
 STEERING = (
     *(f"{end}{side}steeringjoint" for end in ("", *_ENDS) for side in ("left", "right")),
+    *(f"{end}{side}wheelsteering" for end in _ENDS for side in ("left", "right")),
     *(f"swerve{side}{end}joint" for end in _ENDS for side in ("left", "right")),
     "steeringjoint",
 )
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
+_JOINT = ("", "joint", "jointname")
 LEFT, RIGHT = (
     (
         *(n for e in _ENDS for n in (f"{side}{e}joint", f"{e}{side}joint", f"{side}{e}")),
+        *(f"{e}{side}wheel{part}" for e in ("", *_ENDS) for part in _JOINT if e or part),
         f"{side}joint",
     )
     for side in ("left", "right")
@@ -96,11 +99,11 @@ _TURN_BRAKING = ("minangularacceleration", "minacceleration")
 _JERK = tuple(f"{side}{part}jerk" for side in ("max", "min") for part in ("", "linear", "angular"))
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
 _RATE = ("odometryrate", "publishrate", "odompublishfrequency", "updaterate")
-_TIMEOUT = ("cmdveltimeout", "commandtimeout")
+_TIMEOUT = ("cmdveltimeout", "commandtimeout", "velocitycommandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
-    "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
+    "odom_tf": (True, ("publishodomtf", "publishodometrytf", "broadcasttf", "publishtf")),
     "wheel_tf": (False, ("publishwheeltf",)),
     "joint_states": (False, ("publishwheeljointstate",)),
 }
@@ -139,8 +142,12 @@ def types_of(plugin: Element) -> tuple[str, str]:
 
 
 def drive_kind(plugin: Element) -> DriveKind | None:
-    """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
-    return next((_DRIVES[name] for name in types_of(plugin) if name in _DRIVES), None)
+    """Return the kind of drive that a plugin is; None for no drive, or one of unknown type.
+
+    A maker's name may stand before, as in `libridgeback_ros_force_based_move.so`.
+    """
+    names = (n for name in types_of(plugin) for n in (name, name.rpartition("ros")[2]))
+    return next((_DRIVES[name] for name in names if name in _DRIVES), None)
 
 
 def sensor_type(plugin: Element) -> str:

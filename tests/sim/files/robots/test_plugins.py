@@ -56,6 +56,12 @@ def test_a_plugin_that_names_wheels_alone_drives_by_their_shapes() -> None:
         ("<front_left_joint>{}</front_left_joint>", "<middle_right_joint>{}</middle_right_joint>"),
         ("<back_left_joint>{}</back_left_joint>", "<right_back_joint>{}</right_back_joint>"),
         ("<left_front>{}</left_front>", "<right_rear>{}</right_rear>"),
+        (  # a Kobuki's
+            "<left_wheel_joint_name>{}</left_wheel_joint_name>",
+            "<right_wheel_joint_name>{}</right_wheel_joint_name>",
+        ),
+        ("<left_wheel_joint>{}</left_wheel_joint>", "<right_wheel_joint>{}</right_wheel_joint>"),
+        ("<front_left_wheel>{}</front_left_wheel>", "<back_right_wheel>{}</back_right_wheel>"),
     ],
 )
 def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
