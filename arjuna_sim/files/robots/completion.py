@@ -5,7 +5,7 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
@@ -197,6 +197,8 @@ def friction_of(
     ground = _ground(urdf, drive)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g} - _trailed(urdf)
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
+    rubbing = (n for n in carried & lowest.keys() if lowest[n][0] < ground + CASTER_GAP_MAX)
+    _loosen(xml, friction, wheels, sorted(rubbing))
     for name, (low, shape) in lowest.items():
         is_ball = shape is Kind.SPHERE
         # Of a caster's parts, which stand together, the lowest.
@@ -211,6 +213,17 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _loosen(
+    xml: XmlFile, friction: dict[str, float], wheels: Collection[str], rubbing: list[str]
+) -> None:
+    """Let what slides along on the ground hold a robot no more than its wheels do."""
+    most = min([_GROUND, *(friction.get(name, _GROUND) for name in wheels)])
+    for name in (n for n in rubbing if friction.get(n, 0.0) > _PULLED):
+        text = f"friction {friction[name]:g} is taken to be {most:g}, as of its wheels"
+        xml.note(f"link '{name}': {text}: what slides along would hold the robot")
+        friction[name] = most
 
 
 def _trailed(urdf: Urdf) -> set[str]:
@@ -245,7 +258,9 @@ def complete_casters(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
 
     Without, a robot on two wheels tips over. A ball's centre is the caster's centre of mass.
     """
-    casters = [link for name, link in urdf.links.items() if _CASTER.search(name)]
+    carriers = {urdf.joints[name].parent for name in drive.rolling}
+    named = (link for name, link in urdf.links.items() if _CASTER.search(name))
+    casters = [link for link in named if link.name not in carriers]
     if not drive.rolling or any(link.collisions or link.visuals for link in casters):
         return urdf
     ground, links = _ground(urdf, drive), dict(urdf.links)

@@ -369,7 +369,8 @@ def _kinematics(
         wheel_separation(urdf, left, right) if right else span(urdf, left),
         wheel_radius(urdf, left + right),
     )
-    radius = value(xml, plugin, label, 0.0, *_DIAMETER) / 2
+    diameters = (tag for tag in plugin.iter() if plain(tag.tag) in _DIAMETER)  # one a pair
+    radius = max((value(xml, tag, label, 0.0, *_DIAMETER) for tag in diameters), default=0.0) / 2
     radius = radius or value(xml, plugin, label, 0.0, "wheelradius") or by_shape[1]
     separation = value(xml, plugin, label, 0.0, "wheelseparation") or by_shape[0]
     if not radius > 0.0:

@@ -142,7 +142,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
-    urdf, grips = on_whole_wheels(xml, complete_shapes(xml, urdf))
+    urdf, grips = on_whole_wheels(xml, complete_masses(xml, complete_shapes(xml, urdf)))
     tags.grips = {**grips, **tags.grips}
     read = TagReader(xml, urdf, tags)
     sensors, (urdf, drive, reported) = read.sensors(), _driven(xml, urdf, read, tags)
@@ -160,7 +160,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)
-    urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
+    urdf = bound_inertias(xml, urdf, drive)
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
     settings = GazeboSettings(

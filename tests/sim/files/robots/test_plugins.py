@@ -130,6 +130,7 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
     ("tag", "changed"),
     [
         ("<wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
+        ("<wheel_diameter>0.1</wheel_diameter><wheel_diameter>0.2</wheel_diameter>", {}),  # pairs
         ("<wheel_radius>0.15</wheel_radius>", {"radius": 0.15}),
         ("<wheel_radius>0.2</wheel_radius><wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
         ("<wheel_separation>0.7</wheel_separation>", {"separation": 0.7}),
