@@ -11,6 +11,7 @@ import numpy as np
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import is_upright
+from arjuna_sim.files.robots.rollers import turned_to
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
     Inertial,
@@ -31,6 +32,7 @@ CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
 _BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
+_WIDTH = 0.5  # of a wheel that has no shape, by its radius
 _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
@@ -251,6 +253,22 @@ def _ground(urdf: Urdf, drive: DriveSettings) -> float:
         float(center(urdf, name)[2]) - (radius_of(urdf, name) or drive.radius)
         for name in drive.rolling
     )
+
+
+def complete_wheels(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
+    """Give wheels without a shape, whose meshes are missing, cylinders of the drive's radius."""
+    links = dict(urdf.links)
+    for joint in map(urdf.joints.__getitem__, drive.rolling):
+        link = links[joint.child]
+        if link.collisions or link.visuals:
+            continue
+        shape = Shape(Kind.CYLINDER, (drive.radius, _WIDTH * drive.radius))
+        wheel = Part(shape, turned_to(np.array(joint.axis)))
+        links[link.name] = dataclasses.replace(link, collisions=(wheel,))
+        xml.note(
+            f"link '{link.name}': has no shape: a cylinder of radius {drive.radius:.3g} m is taken"
+        )
+    return dataclasses.replace(urdf, links=links)
 
 
 def complete_casters(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:

@@ -14,6 +14,7 @@ from arjuna_sim.files.robots.completion import (
     complete_casters,
     complete_masses,
     complete_shapes,
+    complete_wheels,
     friction_of,
 )
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
@@ -157,7 +158,8 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         for text in tags.uneven:
             xml.note(text)
     _check_wheels(xml, urdf, drive)
-    urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
+    urdf = complete_wheels(xml, complete_casters(xml, urdf, drive), drive)
+    urdf = freed(urdf, (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)
     urdf = bound_inertias(xml, urdf, drive)
@@ -197,6 +199,10 @@ def _driven(
     """
     own = tuple(joint.name for joint in urdf.joints.values() if joint.has_position)
     named, made = tuple(read.reported), None
+    if named:  # a broadcaster publishes those of ros2_control beside them
+        tags_of = (joint for each in xml.root.iter("ros2_control") for joint in each.iter("joint"))
+        held = (name for joint in tags_of if (name := joint.get("name", "")) in own)
+        named = tuple(dict.fromkeys((*named, *held)))
     if any(read.tracks):
         urdf, made, tags.friction = on_tracks(xml, urdf, read.tracks, tags)
     elif read.drive is None and read.kind is DriveKind.PLANAR:

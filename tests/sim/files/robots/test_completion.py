@@ -15,6 +15,7 @@ from arjuna_sim.files.robots.completion import (
     complete_casters,
     complete_masses,
     complete_shapes,
+    complete_wheels,
     friction_of,
     rigid_groups,
 )
@@ -109,6 +110,18 @@ def test_a_caster_without_a_shape_is_a_ball_that_reaches_the_ground(
     assert [part.shape.size[0] for part in balls] == said
     note = "link 'Castor_1': has no shape: a ball of radius 0.03 m is taken"
     assert texts(xml.notes) == (() if radius is None else (note,))
+
+
+def test_a_wheel_without_a_shape_is_a_cylinder_about_its_axis() -> None:
+    """A costmap's footprint holds it then, as that of a robot without any of its meshes."""
+    xml = urdf_file()
+    made = complete_wheels(xml, robot(link("base", CUBE, mass=5.0), link("wheel")), DRIVE)
+    (wheel,) = made.links["wheel"].collisions
+    assert np.ptp(wheel.points(ORIGIN), axis=0) == pytest.approx([0.2, 0.05, 0.2], rel=0.02)
+    note = "link 'wheel': has no shape: a cylinder of radius 0.1 m is taken"
+    assert texts(xml.notes) == (note,)
+    drawn = robot(link("base", CUBE, mass=5.0), Link("wheel", None, (), (TYRE,)))
+    assert not complete_wheels(urdf_file(), drawn, DRIVE).links["wheel"].collisions
 
 
 def test_what_carries_a_driven_wheel_is_no_caster_whatever_its_name() -> None:
