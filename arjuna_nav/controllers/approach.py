@@ -163,7 +163,7 @@ class FinalApproach:
         if again and (trajectory := planned(at)) is not None:
             self._tracker.follow(trajectory)
             command = self._tracker.compute(pose, at.velocity, at.speed)
-        if command is None and heading and self._corrects(pose, goal):
+        if command is None and heading and (self._turns(at) or self._corrects(pose, goal)):
             command = self._tracker.compute(pose, at.velocity, at.speed)
         ends = command is None or self._stalls(pose, at.now)
         if ends or self._is_blocked(pose, at.costmap):
@@ -263,6 +263,15 @@ class FinalApproach:
         room = at.costmap.clearances[at.costmap.data[cells[:, 0], cells[:, 1]]].min()
         free = first_collision(at.costmap, self._footprint, poses) is None
         return poses if free and room >= config.curve_room else None
+
+    def _turns(self, at: Arrival) -> bool:
+        """Turn at the goal where the costmap did not reach so far when the approach was planned."""
+        turn, off = _turn(at.pose, at.goal.theta), abs(wrap(at.goal.theta - at.pose.theta))
+        due = at.within and self._drive.radius == 0.0 and off > self._tracking.yaw_tolerance
+        if not due or first_collision(at.costmap, self._footprint, turn) is not None:
+            return False
+        self._tracker.follow(turn)
+        return True
 
     def _corrects(self, pose: SE2, goal: SE2) -> bool:
         """Drive straight, once, what the last turn moved the robot along its heading."""

@@ -17,6 +17,7 @@ from arjuna_sim.files.xml_file import XmlFile
 
 RATE_MAX = 1000.0
 """Greatest rate of a sensor [Hz]."""
+_PACE = ("updaterate", "updateratehz")  # tags of plugins in a sensor
 
 _SYSTEM = re.compile(r"^(ignition::gazebo|gz::sim)::systems::")
 
@@ -112,6 +113,11 @@ class SensorTag:
         rate = self.number("update_rate", default)
         if self.element.tag == "plugin":
             rate = value(self.xml, self.element, self.label, default, "updaterate")
+        elif self.number("update_rate", 0.0) == 0.0:  # as often as its plugin takes it
+            paced = (
+                value(self.xml, p, self.label, 0.0, *_PACE) for p in self.element.findall("plugin")
+            )
+            rate = next((pace for pace in paced if pace > 0.0), rate)
         if not rate >= 0.0:
             raise self.fail(f"<update_rate> is {rate}; valid: above 0 Hz")
         taken = min(rate, RATE_MAX) or default

@@ -180,12 +180,29 @@ def effective_track(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -
     for what is found; Goyal, Ruina and Papadopoulos, Planar sliding with dry friction, Wear 143,
     1991, for the principle.
     """
-    points = np.array([center(urdf, name)[:2] for name in left + right])
     if wheel_separation(urdf, left, right) == 0.0:
         return 0.0
-    rims = np.array([-1.0] * len(left) + [1.0] * len(right))
-    turning = _turning(points, _loads(urdf, points), rims)
+    turning = _turned(urdf, left, right)[2]
     return 2.0 / turning if turning > 0.0 else wheel_separation(urdf, left, right)
+
+
+def turning_point(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> float:
+    """Return where along x of the root wheels of two sides turn a robot about [m].
+
+    It is the line of two wheels; of more, which slip as for `effective_track`, it is nearer to
+    those that carry more.
+    """
+    if not left or not right or wheel_separation(urdf, left, right) == 0.0:
+        return float(np.mean([center(urdf, name)[0] for name in left + right] or [0.0]))
+    _, side, turning = _turned(urdf, left, right)
+    return -side / turning
+
+
+def _turned(urdf: Urdf, left: tuple[str, ...], right: tuple[str, ...]) -> tuple[float, ...]:
+    """Return how a robot moves whose sides' rims move apart at 1 m/s: vx, vy, w."""
+    points = np.array([center(urdf, name)[:2] for name in left + right])
+    rims = np.array([-1.0] * len(left) + [1.0] * len(right))
+    return _turning(points, _loads(urdf, points), rims)
 
 
 def _loads(urdf: Urdf, points: Floats) -> Floats:
@@ -204,8 +221,8 @@ def _loads(urdf: Urdf, points: Floats) -> Floats:
     return positive
 
 
-def _turning(points: Floats, loads: Floats, rims: Floats) -> float:
-    """Return the turn rate [rad/s] of a robot whose rims move at a speed each [m/s].
+def _turning(points: Floats, loads: Floats, rims: Floats) -> tuple[float, ...]:
+    """Return the motion [m/s, m/s, rad/s] of a robot whose rims move at a speed each [m/s].
 
     Least squares, weighted by the slip, find the least sum of load times slip (Weiszfeld).
     """
@@ -221,7 +238,7 @@ def _turning(points: Floats, loads: Floats, rims: Floats) -> float:
         found[:] = np.linalg.lstsq(motion * weight[:, None], wanted * weight, rcond=None)[0]
         rest = (motion @ found - wanted).reshape(2, count)
         slip[:] = np.maximum(np.hypot(rest[0], rest[1]), _STICKS)
-    return float(found[2])
+    return tuple(found.tolist())
 
 
 def _points(urdf: Urdf, joint: Joint) -> Floats:

@@ -330,6 +330,19 @@ def car(
     return Robot(wheels, plugin(file, joints), limit=max(limit, 0.6), middle=axle + 0.16)
 
 
+def prius() -> Robot:
+    """Return a car whose plugin is of no known type, but names wheels and steering joints."""
+    tags = "".join(
+        f"<{end}_{side}_wheel>{wheel}_{side}_wheel_joint</{end}_{side}_wheel>"
+        for end, wheel in (("front", "front"), ("back", "rear"))
+        for side in ("left", "right")
+    ) + "".join(
+        f"<front_{side}_wheel_steering>front_{side}_wheel_steer_joint</front_{side}_wheel_steering>"
+        for side in ("left", "right")
+    )
+    return replace(car("classic"), extra=plugin("libPriusHybridPlugin.so", tags))
+
+
 def steered_all_round(source: str, limit: float = 0.6, steering: str = "revolute") -> Robot:
     """Return a robot that steers its four wheels.
 

@@ -13,7 +13,13 @@ from arjuna_sim.devices.driving.steered import SteeredBase, SwerveBase
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import center, radius_of, rolling_direction, wheel_sign
+from arjuna_sim.model.wheels import (
+    center,
+    radius_of,
+    rolling_direction,
+    turning_point,
+    wheel_sign,
+)
 
 
 @dataclass(frozen=True)
@@ -63,28 +69,30 @@ class SidesBase(Kinematics):
     """Wheels of two sides, of which each turns as one wheel of the ideal two-wheeled robot.
 
     Attributes:
-        sides: For each wheel and the left and the right side, +1 where the wheel is of that side
-            and turning drives it forward, -1 where it drives it back, else 0, `(W, 2) float64`.
-        counts: How many wheels each side has, at least 1, `(2,) float64`.
-        axle: Where along x of the base the wheels are in the mean [m]: it turns about that point.
+        sides: For each wheel and the left and the right side, how far it turns where the side's one
+            turns forward by 1: more where it is smaller, 0 of the other side, `(W, 2) float64`.
+        shares: What turns of the wheels add to those of their sides, in the mean, `(W, 2) float64`.
+        axle: Where along x of the base it turns about [m].
     """
 
     sides: Floats
-    counts: Floats
+    shares: Floats
     axle: float = 0.0
 
     @staticmethod
     def of(robot: RobotModel, config: DriveConfig) -> SidesBase:
         """Return the base of a robot."""
         drive = robot.drive
-        signs = [wheel_sign(robot.urdf, name) for name in (*drive.left, *drive.right)]
+        signs = np.array([wheel_sign(robot.urdf, name) for name in drive.wheels])
+        radii = np.array([radius_of(robot.urdf, name) or drive.radius for name in drive.wheels])
         counts = len(drive.left), len(drive.right)
-        sides = np.zeros((len(signs), 2))
-        sides[np.arange(len(signs)), np.repeat((0, 1), counts)] = signs
-        ideal, counted = kinematics_of(drive, config), np.maximum(counts, 1.0)
-        along = [float(center(robot.urdf, name)[0]) for name in drive.rolling]
-        axle = round(sum(along) / max(len(along), 1), 4)
-        return SidesBase(ideal.track, ideal.radius, sides, counted, axle)
+        sides, shares = np.zeros((2, len(signs), 2))
+        own = np.arange(len(signs)), np.repeat((0, 1), counts)
+        sides[own] = signs * radii.max(initial=0.0) / radii
+        shares[own] = 1.0 / (sides[own] * np.repeat(counts, counts))
+        ideal = kinematics_of(drive, config)
+        axle = round(turning_point(robot.urdf, drive.left, drive.right), 4) + 0.0
+        return SidesBase(ideal.track, ideal.radius, sides, shares, axle)
 
     def reachable(self, velocity: Velocity) -> Velocity:
         """Return a velocity without its part to the left."""
@@ -102,8 +110,7 @@ class SidesBase(Kinematics):
 
     def encoders(self, joints: Floats) -> Floats:
         """Return how far the left and the right wheels have turned forward, in the mean [rad]."""
-        turned: Floats = joints.dot(self.sides)
-        turned /= self.counts
+        turned: Floats = joints.dot(self.shares)
         return turned
 
 

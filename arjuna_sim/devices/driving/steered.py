@@ -76,8 +76,8 @@ class SteeredBase(Base):
     @classmethod
     def of(cls, urdf: Urdf, drive: DriveSettings) -> SteeredBase:
         """Return the base of a robot."""
-        wheels = [_wheel(urdf, name, drive) for name in drive.rolling]
-        pivots = np.array([_pivot(urdf, name) for name in drive.steering])
+        pivots = np.array([_pivot(urdf, name, drive) for name in drive.steering])
+        wheels = [_wheel(urdf, name, drive, pivots) for name in drive.rolling]
         signs = np.array([1.0 if axis(urdf, n)[2] > 0.0 else -1.0 for n in drive.steering])
         count = len(drive.wheels)
         return cls(wheels[:count], wheels[count:], pivots, signs, drive.steering_limit)
@@ -174,13 +174,18 @@ class SwerveBase(SteeredBase):
         return self._rows(self._wheels, angles)[0] @ self._twist(velocity)
 
 
-def _wheel(urdf: Urdf, name: str, drive: DriveSettings) -> SteeredWheel:
+def _wheel(urdf: Urdf, name: str, drive: DriveSettings, pivots: Floats) -> SteeredWheel:
     by, position = steered_by(urdf, name, drive.steering), center(urdf, name)[:2]
-    pivot = position if by < 0 else np.array(_pivot(urdf, drive.steering[by]))
+    pivot: Floats = position if by < 0 else pivots[by]
     radius = radius_of(urdf, name) or drive.radius
     return SteeredWheel(position, rolling_direction(urdf, name), radius, by, pivot)
 
 
-def _pivot(urdf: Urdf, joint: str) -> tuple[float, float]:
-    x, y, _ = urdf.T_root(urdf.joints[joint].child).position
-    return x, y
+def _pivot(urdf: Urdf, joint: str, drive: DriveSettings) -> Floats:
+    """Return where a steering joint's axis, which may lean, is as high as the wheels it steers."""
+    position, toward = np.array(urdf.T_root(urdf.joints[joint].child).position), axis(urdf, joint)
+    index = drive.steering.index(joint)
+    own = [name for name in drive.rolling if steered_by(urdf, name, drive.steering) == index]
+    height = float(np.mean([center(urdf, name)[2] for name in own])) if own else position[2]
+    found: Floats = (position + toward * ((height - position[2]) / toward[2]))[:2]
+    return found

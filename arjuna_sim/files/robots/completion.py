@@ -5,12 +5,13 @@ from __future__ import annotations
 import dataclasses
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.drive_kinds import is_upright
+from arjuna_sim.files.robots.rollers import turned_to
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
     Inertial,
@@ -31,6 +32,7 @@ CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
 _BEYOND = 4.0  # of the inertia of a mass that is all at the reach of its shapes
 _LEAST = 0.01  # mass of a moving part without mass or shape [kg]
+_WIDTH = 0.5  # of a wheel that has no shape, by its radius
 _MARK = 0.002  # a shape that is nowhere larger only marks a frame [m]
 _CASTER = re.compile(r"cast[eo]r", re.I)
 _GRIP = 0.8  # of rubber on dry concrete (Wong, Theory of Ground Vehicles: 0.8 to 0.9)
@@ -197,6 +199,8 @@ def friction_of(
     ground = _ground(urdf, drive)
     carried = {n for g in rigid_groups(urdf) if wheels.isdisjoint(g) for n in g} - _trailed(urdf)
     casters = {n: urdf.T_root(n).position[:2] for n in carried & lowest.keys() if _CASTER.search(n)}
+    rubbing = (n for n in carried & lowest.keys() if lowest[n][0] < ground + CASTER_GAP_MAX)
+    _loosen(xml, friction, wheels, sorted(rubbing))
     for name, (low, shape) in lowest.items():
         is_ball = shape is Kind.SPHERE
         # Of a caster's parts, which stand together, the lowest.
@@ -211,6 +215,17 @@ def friction_of(
             if not is_ball:
                 xml.note(f"link '{name}': slides along on the ground, as a caster")
     return friction
+
+
+def _loosen(
+    xml: XmlFile, friction: dict[str, float], wheels: Collection[str], rubbing: list[str]
+) -> None:
+    """Let what slides along on the ground hold a robot no more than its wheels do."""
+    most = min([_GROUND, *(friction.get(name, _GROUND) for name in wheels)])
+    for name in (n for n in rubbing if friction.get(n, 0.0) > _PULLED):
+        text = f"friction {friction[name]:g} is taken to be {most:g}, as of its wheels"
+        xml.note(f"link '{name}': {text}: what slides along would hold the robot")
+        friction[name] = most
 
 
 def _trailed(urdf: Urdf) -> set[str]:
@@ -240,12 +255,30 @@ def _ground(urdf: Urdf, drive: DriveSettings) -> float:
     )
 
 
+def complete_wheels(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
+    """Give wheels without a shape, whose meshes are missing, cylinders of the drive's radius."""
+    links = dict(urdf.links)
+    for joint in map(urdf.joints.__getitem__, drive.rolling):
+        link = links[joint.child]
+        if link.collisions or link.visuals:
+            continue
+        shape = Shape(Kind.CYLINDER, (drive.radius, _WIDTH * drive.radius))
+        wheel = Part(shape, turned_to(np.array(joint.axis)))
+        links[link.name] = dataclasses.replace(link, collisions=(wheel,))
+        xml.note(
+            f"link '{link.name}': has no shape: a cylinder of radius {drive.radius:.3g} m is taken"
+        )
+    return dataclasses.replace(urdf, links=links)
+
+
 def complete_casters(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> Urdf:
     """Give casters balls that reach the ground, where none has a shape: their meshes are missing.
 
     Without, a robot on two wheels tips over. A ball's centre is the caster's centre of mass.
     """
-    casters = [link for name, link in urdf.links.items() if _CASTER.search(name)]
+    carriers = {urdf.joints[name].parent for name in drive.rolling}
+    named = (link for name, link in urdf.links.items() if _CASTER.search(name))
+    casters = [link for link in named if link.name not in carriers]
     if not drive.rolling or any(link.collisions or link.visuals for link in casters):
         return urdf
     ground, links = _ground(urdf, drive), dict(urdf.links)

@@ -270,4 +270,5 @@ def _seen(
     names = " ".join((urdf.name, *drive.wheels, *children)).lower()
     if "mecanum" in names:
         return DriveKind.MECANUM
-    return DriveKind.STEERED if not drive.plugin and steering_joints(urdf) else None
+    steers = drive.steering or (not drive.plugin and steering_joints(urdf))
+    return DriveKind.STEERED if steers else None

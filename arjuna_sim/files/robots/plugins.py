@@ -72,13 +72,16 @@ _ENDS = ("front", "rear", "middle", "back")
 WHEEL = ("wheeljoint", "actuatedwheeljoint")
 STEERING = (
     *(f"{end}{side}steeringjoint" for end in ("", *_ENDS) for side in ("left", "right")),
+    *(f"{end}{side}wheelsteering" for end in _ENDS for side in ("left", "right")),
     *(f"swerve{side}{end}joint" for end in _ENDS for side in ("left", "right")),
     "steeringjoint",
 )
 """Plain names of tags that hold the joints of wheels without sides, and those that steer."""
+_JOINT = ("", "joint", "jointname")
 LEFT, RIGHT = (
     (
         *(n for e in _ENDS for n in (f"{side}{e}joint", f"{e}{side}joint", f"{side}{e}")),
+        *(f"{e}{side}wheel{part}" for e in ("", *_ENDS) for part in _JOINT if e or part),
         f"{side}joint",
     )
     for side in ("left", "right")
@@ -96,11 +99,11 @@ _TURN_BRAKING = ("minangularacceleration", "minacceleration")
 _JERK = tuple(f"{side}{part}jerk" for side in ("max", "min") for part in ("", "linear", "angular"))
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
 _RATE = ("odometryrate", "publishrate", "odompublishfrequency", "updaterate")
-_TIMEOUT = ("cmdveltimeout", "commandtimeout")
+_TIMEOUT = ("cmdveltimeout", "commandtimeout", "velocitycommandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
 _OUTPUTS = {
     "odom": (True, ("publishodom",)),
-    "odom_tf": (True, ("publishodomtf", "broadcasttf", "publishtf")),
+    "odom_tf": (True, ("publishodomtf", "publishodometrytf", "broadcasttf", "publishtf")),
     "wheel_tf": (False, ("publishwheeltf",)),
     "joint_states": (False, ("publishwheeljointstate",)),
 }
@@ -139,8 +142,12 @@ def types_of(plugin: Element) -> tuple[str, str]:
 
 
 def drive_kind(plugin: Element) -> DriveKind | None:
-    """Return the kind of drive that a plugin is; None for no drive, or one of unknown type."""
-    return next((_DRIVES[name] for name in types_of(plugin) if name in _DRIVES), None)
+    """Return the kind of drive that a plugin is; None for no drive, or one of unknown type.
+
+    A maker's name may stand before, as in `libridgeback_ros_force_based_move.so`.
+    """
+    names = (n for name in types_of(plugin) for n in (name, name.rpartition("ros")[2]))
+    return next((_DRIVES[name] for name in names if name in _DRIVES), None)
 
 
 def sensor_type(plugin: Element) -> str:
@@ -231,8 +238,8 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         rate=value(xml, plugin, label, 0.0, *_RATE),
         command_topic=topic(plugin, "cmd_vel", "cmd_vel", "commandtopic", "topic"),
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
-        odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom"),
-        base_frame=text_of(plugin, "robotbaseframe", "childframeid"),
+        odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom").lstrip("/"),
+        base_frame=text_of(plugin, "robotbaseframe", "childframeid").lstrip("/"),
         from_world=text_of(plugin, "odometrysource").lower() in ("1", "world"),
         stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
@@ -362,7 +369,8 @@ def _kinematics(
         wheel_separation(urdf, left, right) if right else span(urdf, left),
         wheel_radius(urdf, left + right),
     )
-    radius = value(xml, plugin, label, 0.0, *_DIAMETER) / 2
+    diameters = (tag for tag in plugin.iter() if plain(tag.tag) in _DIAMETER)  # one a pair
+    radius = max((value(xml, tag, label, 0.0, *_DIAMETER) for tag in diameters), default=0.0) / 2
     radius = radius or value(xml, plugin, label, 0.0, "wheelradius") or by_shape[1]
     separation = value(xml, plugin, label, 0.0, "wheelseparation") or by_shape[0]
     if not radius > 0.0:

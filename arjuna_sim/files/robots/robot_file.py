@@ -14,6 +14,7 @@ from arjuna_sim.files.robots.completion import (
     complete_casters,
     complete_masses,
     complete_shapes,
+    complete_wheels,
     friction_of,
 )
 from arjuna_sim.files.robots.drive_kinds import arranged, with_outputs_of
@@ -142,7 +143,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
         urdf = dataclasses.replace(urdf, text=urdf_text(urdf, tags))
-    urdf, grips = on_whole_wheels(xml, complete_shapes(xml, urdf))
+    urdf, grips = on_whole_wheels(xml, complete_masses(xml, complete_shapes(xml, urdf)))
     tags.grips = {**grips, **tags.grips}
     read = TagReader(xml, urdf, tags)
     sensors, (urdf, drive, reported) = read.sensors(), _driven(xml, urdf, read, tags)
@@ -157,10 +158,11 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         for text in tags.uneven:
             xml.note(text)
     _check_wheels(xml, urdf, drive)
-    urdf = freed(complete_casters(xml, urdf, drive), (*drive.wheels, *drive.steering))
+    urdf = complete_wheels(xml, complete_casters(xml, urdf, drive), drive)
+    urdf = freed(urdf, (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)
-    urdf = complete_masses(xml, bound_inertias(xml, urdf, drive))
+    urdf = bound_inertias(xml, urdf, drive)
     if urdf.root == ANCHOR and drive.wheels:
         xml.note(f"link '{ANCHOR}': fixes it to the world, as in Gazebo: it does not drive")
     settings = GazeboSettings(
@@ -197,6 +199,10 @@ def _driven(
     """
     own = tuple(joint.name for joint in urdf.joints.values() if joint.has_position)
     named, made = tuple(read.reported), None
+    if named:  # a broadcaster publishes those of ros2_control beside them
+        tags_of = (joint for each in xml.root.iter("ros2_control") for joint in each.iter("joint"))
+        held = (name for joint in tags_of if (name := joint.get("name", "")) in own)
+        named = tuple(dict.fromkeys((*named, *held)))
     if any(read.tracks):
         urdf, made, tags.friction = on_tracks(xml, urdf, read.tracks, tags)
     elif read.drive is None and read.kind is DriveKind.PLANAR:

@@ -78,10 +78,10 @@ def _rim(urdf: Urdf, wheel: str, rollers: list[str]) -> Part:
             reach = out + part.shape.size[0] if round_one else float(across.max())
             radius = max(radius, reach)
             width = max(width, 2.0 * float(np.abs(points @ along).max()))
-    return Part(Shape(Kind.CYLINDER, (radius, width)), _turned_to(along))
+    return Part(Shape(Kind.CYLINDER, (radius, width)), turned_to(along))
 
 
-def _turned_to(along: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Pose3:
+def turned_to(along: np.ndarray[tuple[int, ...], np.dtype[np.float64]]) -> Pose3:
     """Return a pose whose z axis is along a unit vector."""
     x, y, z = along.tolist()
     pitch, yaw = math.atan2(math.hypot(x, y), z), math.atan2(y, x)

@@ -20,7 +20,7 @@ import mujoco
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_sim.model.geometry.shapes import Group
+from arjuna_sim.model.geometry.shapes import Group, Kind
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of, width_of
 from arjuna_sim.model.world import GRAVITY
@@ -70,7 +70,8 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
     """Add a wheel's shapes to a MuJoCo body: a crowned tyre on a rim.
 
     The tyre touches the ground in the wheel's middle. It is larger than the wheel by half its sag,
-    so that it rolls like the wheel. The rim, a cylinder as wide as the wheel, is what bumps.
+    so that it rolls like the wheel. The rim, a cylinder as wide as the wheel, is what bumps; that
+    of a ball is a ball, on which it rolls where it leans.
 
     Args:
         body: The spec's body; its frame is the wheel's link's.
@@ -81,10 +82,12 @@ def add_tyre(body: Any, robot: RobotModel, joint: str, sag: float) -> None:
     along = np.zeros(4)
     mujoco.mju_quatZ2Vec(along, np.array(urdf.joints[joint].axis))
     outer, half = radius + sag / 2, width / 2 or radius
+    is_ball = {part.shape.kind for part in urdf.links[link].collisions} == {Kind.SPHERE}
+    rim = mujoco.mjtGeom.mjGEOM_SPHERE if is_ball else mujoco.mjtGeom.mjGEOM_CYLINDER
     for name, kind, size in (
         ("tyre", mujoco.mjtGeom.mjGEOM_ELLIPSOID, [outer, outer, half]),
         # The rim stays clear of the ground by more than the tyre sags.
-        ("rim", mujoco.mjtGeom.mjGEOM_CYLINDER, [radius - 2.0 * sag, half, 0.0]),
+        ("rim", rim, [radius - 2.0 * sag, half, 0.0]),
     ):
         geom = body.add_geom(type=kind, size=size, pos=position, quat=along, mass=0.0)
         geom.name = f"{link}//{name}"

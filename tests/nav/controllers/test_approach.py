@@ -264,6 +264,22 @@ def test_where_only_the_turn_at_the_goal_has_no_room_it_drives_there() -> None:
         assert (ended is not None) is turns
 
 
+def test_a_turn_that_the_costmap_did_not_hold_from_afar_is_made_at_the_goal() -> None:
+    box = Footprint.polygon(np.array([[0.1, 0.1], [0.1, -0.1], [-0.4, -0.1], [-0.4, 0.1]]))
+    asked = Asked(SE2(3.0, 2.0, -2.0))
+    asked.approach = FinalApproach(ApproachConfig(curve_time=0.0), TrackerConfig(), box)
+    outline, arrived = str(box.points.tolist()), SE2(3.0, 2.0)
+    far = costmap_of(empty_grid(3.15, 4.0), inflation_radius=0.2, footprint=outline)
+    assert asked(before(0.4), costmap=far) is not None
+    turning = asked(arrived, now=0.1, within=True)
+    assert turning is not None
+    assert turning.yaw_rate < 0.0
+    assert asked(SE2(3.0, 2.0, -2.0), now=2.0, within=True) is None
+    asked.approach.begin()
+    assert asked(before(0.4), costmap=far) is not None
+    assert asked(arrived, now=0.1) is None, "it is not where the goal's tolerance is met"
+
+
 def test_a_robot_that_cannot_get_nearer_has_arrived() -> None:
     class Stuck(Unicycle):
         def drive(self, command: Velocity) -> None:

@@ -141,6 +141,11 @@ def test_joints_whose_states_a_plugin_publishes(tmp_path: Path, given: str) -> N
     robot = _load(tmp_path, FOUR + plugin)
     assert robot.settings.reported == named
     assert not any("does not move" in note for note in texts(robot.notes))
+    also = "rear_left_wheel_joint"  # a controllers' broadcaster publishes it
+    control = "<ros2_control name='c' type='system'>{}</ros2_control>"
+    held = "".join(f"<joint name='{name}'/>" for name in (also, "elsewhere", named[0]))
+    robot = _load(tmp_path, FOUR + plugin + control.format(held))
+    assert robot.settings.reported == (*named, also)
 
 
 @pytest.mark.parametrize("flag", ["publish_wheel_tf", "publishWheelJointState", "publish_odom"])

@@ -73,6 +73,23 @@ def test_rates_end_at_a_thousand_hertz(given: str, rate: float | None, note: Any
     assert texts(sensor.xml.notes) == note
 
 
+@pytest.mark.parametrize(
+    ("inside", "rate"),
+    [
+        ("<plugin><updateRate>5</updateRate></plugin>", 5.0),
+        ("<plugin/><plugin><updateRateHZ>8</updateRateHZ></plugin>", 8.0),
+        ("<update_rate>0</update_rate><plugin><updateRate>5</updateRate></plugin>", 5.0),
+        ("<update_rate>20</update_rate><plugin><updateRate>5</updateRate></plugin>", 20.0),
+        ("<plugin><updateRate>0.0</updateRate></plugin>", 50.0),
+    ],
+)
+def test_a_sensor_without_a_rate_has_its_plugins(inside: str, rate: float) -> None:
+    """As gazebo_ros_range paces its messages."""
+    sensor = tag(inside)
+    assert sensor.mount(50.0, "topic")["rate"] == rate
+    assert texts(sensor.xml.notes) == ()
+
+
 def nested(path: str, value: str) -> str:
     """Return a value inside tags."""
     tags = path.split("/")

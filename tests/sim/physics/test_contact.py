@@ -198,7 +198,7 @@ def test_steered_wheels_that_slide_as_they_steer_do_not_lift_the_robot(
 
 
 def test_robot_that_hardly_drives_says_so() -> None:
-    rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=5.0)
+    rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=2.0)
     assert any("hardly drives" in note for note in _simulator(rubbing, level()).notes)
     assert not any("hardly drives" in note for note in _simulator(FOUR_WHEELS, level()).notes)
 

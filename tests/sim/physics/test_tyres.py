@@ -110,6 +110,14 @@ def test_tyres_are_round_and_crowned_on_rims_that_are_smaller() -> None:
     assert model.body_mass.sum() == pytest.approx(MASS)
 
 
+def test_the_rim_of_a_ball_is_a_ball_on_which_it_may_lean() -> None:
+    one = robot()
+    one.urdf.links["a"] = Link("a", WHEEL, (Part(Shape(Kind.SPHERE, (0.1,))),), ())
+    rim = compiled(one).geom("a//rim")
+    assert rim.type[0] == mujoco.mjtGeom.mjGEOM_SPHERE
+    assert rim.size[0] == pytest.approx(0.1 - 2.0 * SAG)
+
+
 def test_a_tyre_is_where_its_wheels_shape_is_with_its_friction() -> None:
     one = robot(friction={"b": 0.3})
     aside = Part(TYRE.shape, Pose3((0.0, 0.05, 0.0)) @ ALONG_Y)

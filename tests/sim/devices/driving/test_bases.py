@@ -8,11 +8,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
+from arjuna_sim.devices.drive import DriveConfig
 from arjuna_sim.devices.driving.bases import RollerBase, SidesBase
 from arjuna_sim.devices.driving.steered import SteeredBase, SteeredWheel, SwerveBase
-from arjuna_sim.model.settings import DriveKind, DriveSettings
-from tests.sim.wheeled import wheeled
+from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.robot import RobotModel
+from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
+from arjuna_sim.model.urdf import Joint, Link
+from tests.sim.wheeled import ALONG_Y, wheeled
 
 AHEAD = np.array([1.0, 0.0])
 LENGTH, TRACK, RADIUS, LIMIT = 1.2, 0.6, 0.1, 0.6
@@ -86,6 +91,24 @@ def test_a_car_bends_no_more_than_its_wheels_turn_in() -> None:
     assert np.abs(car().angles(Velocity(0.01, yaw_rate=9.0))).max() == pytest.approx(LIMIT)
 
 
+@pytest.mark.parametrize("rake", [0.0, 0.3])
+def test_a_fork_that_leans_steers_about_its_axis_at_the_wheel(rake: float) -> None:
+    """Its hinge is 0.4 m above the wheel, and behind it by as much as it leans."""
+    urdf = wheeled(((LENGTH, 0.0, 0.0), (0.0, 0.3, 0.0), (0.0, -0.3, 0.0)))
+    T_base_fork = Pose3.from_rpy((LENGTH - 0.4 * math.tan(rake), 0.0, 0.4), (0.0, -rake, 0.0))
+    T_fork_wheel = T_base_fork.inverse() @ urdf.joints["a"].T_parent_child
+    joints = {
+        "steer": Joint("steer", "revolute", "base", "fork", T_base_fork, (0.0, 0.0, 1.0)),
+        "a": replace(urdf.joints["a"], parent="fork", T_parent_child=T_fork_wheel),
+    }
+    links = {**urdf.links, "fork": Link("fork", None, (), ())}
+    made = replace(urdf, links=links, joints={**urdf.joints, **joints})
+    drive = DriveSettings(("a",), (), 0.6, RADIUS, 1.0, 0.6, RADIUS)
+    drive = replace(drive, steering=("steer",), steering_limit=LIMIT, free=("b", "c"))
+    base = SteeredBase.of(made, replace(drive, kind=DriveKind.STEERED))
+    assert base.angles(Velocity(1.0, yaw_rate=0.4)) == pytest.approx(math.atan(0.4 * LENGTH))
+
+
 def test_a_car_that_stands_keeps_its_steering() -> None:
     base = car()
     assert base.angles(Velocity()) == pytest.approx((0.0, 0.0))
@@ -132,7 +155,7 @@ def test_rollers_make_any_motion_of_the_base_turns_and_back(seed: int) -> None:
 
 def test_sides_turn_as_one_as_each_wheel_is_mounted() -> None:
     sides = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0]])
-    base = SidesBase(0.5, 0.1, sides, np.array([2.0, 1.0]))
+    base = SidesBase(0.5, 0.1, sides, sides / (2.0, 1.0))
     assert base.speeds(Velocity(1.0, yaw_rate=2.0)) == pytest.approx((5.0, -5.0, 15.0))
     assert base.encoders(np.array([1.0, -3.0, 4.0])) == pytest.approx((2.0, 4.0))
     assert base.motion(np.array([2.0, 4.0]), base.angles(Velocity())) == pytest.approx(
@@ -144,6 +167,21 @@ def test_sides_turn_as_one_as_each_wheel_is_mounted() -> None:
     still = Velocity(1.0, yaw_rate=2.0)
     assert base.reachable(still) is still
     assert len(base.angles(still)) == 0
+
+
+def test_wheels_of_unlike_sizes_roll_as_far_as_each_other() -> None:
+    urdf = wheeled([(0.2, 0.25, -0.05), (-0.2, 0.25, 0.0), (0.2, -0.25, -0.05), (-0.2, -0.25, 0.0)])
+    small = Part(Shape(Kind.CYLINDER, (0.05, 0.04)), ALONG_Y)
+    links = {n: replace(urdf.links[n], collisions=(small,)) for n in ("a", "c")}
+    drive = DriveSettings(("a", "b"), ("c", "d"), 0.5, 0.1, 1.0, 0.5, 0.1)
+    robot = RobotModel(
+        replace(urdf, links={**urdf.links, **links}), GazeboSettings(), drive, notes=()
+    )
+    base = SidesBase.of(robot, DriveConfig())
+    speeds = base.speeds(Velocity(1.0, yaw_rate=2.0))
+    assert speeds == pytest.approx((10.0, 5.0, 30.0, 15.0))  # 0.5 m/s left, 1.5 m/s right
+    moved = base.motion(base.encoders(speeds), np.zeros(0))
+    assert moved == pytest.approx((1.0, 0.0, 2.0), abs=1e-4)
 
 
 WHEEL = SteeredWheel(np.array([1.0, 0.5]), np.array([1.0, 0.0]), 0.1, 0, np.array([1.0, 0.3]))

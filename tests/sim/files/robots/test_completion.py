@@ -15,6 +15,7 @@ from arjuna_sim.files.robots.completion import (
     complete_casters,
     complete_masses,
     complete_shapes,
+    complete_wheels,
     friction_of,
     rigid_groups,
 )
@@ -109,6 +110,26 @@ def test_a_caster_without_a_shape_is_a_ball_that_reaches_the_ground(
     assert [part.shape.size[0] for part in balls] == said
     note = "link 'Castor_1': has no shape: a ball of radius 0.03 m is taken"
     assert texts(xml.notes) == (() if radius is None else (note,))
+
+
+def test_a_wheel_without_a_shape_is_a_cylinder_about_its_axis() -> None:
+    """A costmap's footprint holds it then, as that of a robot without any of its meshes."""
+    xml = urdf_file()
+    made = complete_wheels(xml, robot(link("base", CUBE, mass=5.0), link("wheel")), DRIVE)
+    (wheel,) = made.links["wheel"].collisions
+    assert np.ptp(wheel.points(ORIGIN), axis=0) == pytest.approx([0.2, 0.05, 0.2], rel=0.02)
+    note = "link 'wheel': has no shape: a cylinder of radius 0.1 m is taken"
+    assert texts(xml.notes) == (note,)
+    drawn = robot(link("base", CUBE, mass=5.0), Link("wheel", None, (), (TYRE,)))
+    assert not complete_wheels(urdf_file(), drawn, DRIVE).links["wheel"].collisions
+
+
+def test_what_carries_a_driven_wheel_is_no_caster_whatever_its_name() -> None:
+    """A youBot's caster_link_fl, in which its wheel turns, gets no ball beside that."""
+    made = robot(link("base", mass=5.0), link("wheel", TYRE), link("caster", mass=0.2))
+    joints = {**made.joints, "wheel": dataclasses.replace(made.joints["wheel"], parent="caster")}
+    made = dataclasses.replace(made, joints=joints)
+    assert not complete_casters(urdf_file(), made, DRIVE).links["caster"].collisions
 
 
 def test_links_that_are_fixed_to_each_other_are_one_group_its_root_first() -> None:
@@ -306,6 +327,21 @@ def test_what_the_file_says_of_a_caster_is_kept() -> None:
     assert friction(said={"skid": 0.3})[0] == {"skid": 0.3}
     wheels = friction(said={"wheel": 0.2})[0]
     assert wheels == {"wheel": 0.2, "skid": 0.01}
+
+
+@pytest.mark.parametrize(
+    ("said", "wheel", "found"), [(2.0, 0.5, 2.0), (10.0, 0.5, 0.5), (10.0, 1.5, 1.0)]
+)
+def test_what_slides_along_holds_no_more_than_the_wheels(
+    said: float, wheel: float, found: float
+) -> None:
+    """A Pioneer's caster, which is fixed, has 10 where its wheels have 0.5."""
+    wanted, notes = friction(SKID, said={"skid": said, "wheel": wheel})
+    assert wanted == {"skid": found, "wheel": wheel}
+    text = f"link 'skid': friction {said:g} is taken to be {found:g}, as of its wheels"
+    assert notes == ((f"{text}: what slides along would hold the robot",) * (said != found))
+    high = friction(SKID, -0.07, said={"skid": said})[0]
+    assert high == {"skid": said}
 
 
 @pytest.mark.parametrize(("said", "found"), [(0.79, 0.8), (0.8, 0.8), (1.5, 1.5)])

@@ -285,6 +285,8 @@ def _spelled() -> Iterator[tuple[str, str, DriveKind]]:
             f"libgazebo_ros_{core}.so",
             f"gazebo_ros_{core}",
             f"/opt/l/libgazebo_ros_{core}.so",
+            f"libridgeback_ros_{core}.so",
+            f"libhector_gazebo_ros_{core}.so",
         ):
             yield text, rng.choice(names), kind
 

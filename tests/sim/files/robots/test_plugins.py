@@ -56,6 +56,12 @@ def test_a_plugin_that_names_wheels_alone_drives_by_their_shapes() -> None:
         ("<front_left_joint>{}</front_left_joint>", "<middle_right_joint>{}</middle_right_joint>"),
         ("<back_left_joint>{}</back_left_joint>", "<right_back_joint>{}</right_back_joint>"),
         ("<left_front>{}</left_front>", "<right_rear>{}</right_rear>"),
+        (  # a Kobuki's
+            "<left_wheel_joint_name>{}</left_wheel_joint_name>",
+            "<right_wheel_joint_name>{}</right_wheel_joint_name>",
+        ),
+        ("<left_wheel_joint>{}</left_wheel_joint>", "<right_wheel_joint>{}</right_wheel_joint>"),
+        ("<front_left_wheel>{}</front_left_wheel>", "<back_right_wheel>{}</back_right_wheel>"),
     ],
 )
 def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
@@ -124,6 +130,7 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
     ("tag", "changed"),
     [
         ("<wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
+        ("<wheel_diameter>0.1</wheel_diameter><wheel_diameter>0.2</wheel_diameter>", {}),  # pairs
         ("<wheel_radius>0.15</wheel_radius>", {"radius": 0.15}),
         ("<wheel_radius>0.2</wheel_radius><wheel_diameter>0.3</wheel_diameter>", {"radius": 0.15}),
         ("<wheel_separation>0.7</wheel_separation>", {"separation": 0.7}),
@@ -171,7 +178,9 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<odom_topic>way</odom_topic>", {"odometry_topic": "way"}),
         ("<odometryFrame>here</odometryFrame>", {"odometry_frame": "here"}),
         ("<frame_id>here</frame_id>", {"odometry_frame": "here"}),
+        ("<odometryFrame>/here</odometryFrame>", {"odometry_frame": "here"}),
         ("<robotBaseFrame>me</robotBaseFrame>", {"base_frame": "me"}),
+        ("<robotBaseFrame>/me</robotBaseFrame>", {"base_frame": "me"}),
         ("<odometrySource>world</odometrySource>", {"from_world": True}),
         ("<odometrySource>1</odometrySource>", {"from_world": True}),
         ("<odometrySource>encoder</odometrySource>", {}),
