@@ -31,7 +31,7 @@ _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confir
 class Forgotten(NamedTuple):
     """Keyframes that have gone, and with them the numbers of those that have not."""
 
-    index: Ints  # the new number of each, -1 for those gone, `(N,) int64`
+    renumbered: Ints  # the new number of each, -1 for those gone, `(N,) int64`
     poses: Floats  # of each in map, `(N, 3) float64` [m, m, rad]
 
 
