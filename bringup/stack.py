@@ -246,13 +246,21 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
     fused = fusion_nodes(sections)
     if group not in (SIM_GROUP, ODOMETRY_GROUP) or not fused:
         return group
-    filters = (one for one in fused if one.module == _FILTER_NODE)
-    instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters)
+    filters = filter(is_filter, fused)
+    instead = any(
+        estimates_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters
+    )
     kept = (one for one in group.nodes if not (instead and one == EKF))
     return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *_FUSION_CORES))
 
 
-def _in_odom(values: Mapping[str, Any]) -> bool:
+def is_filter(spec: NodeSpec) -> bool:
+    """Return whether a node is a filter of robot_localization."""
+    return spec.module == _FILTER_NODE
+
+
+def estimates_in_odom(values: Mapping[str, Any]) -> bool:
+    """Return whether a filter's parameters have it estimate in odom, not in map."""
     return values.get("world_frame", "") in ("", values.get("odom_frame", "odom"))
 
 
