@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import math
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -27,10 +27,12 @@ from arjuna_slam.graph.pose_graph import EdgeKind
 from arjuna_slam.logs.log import Log, open_log
 from arjuna_slam.logs.recording import RecordingTopics
 from arjuna_slam.pose_tracker import Pace
-from arjuna_slam.slam import Slam
+from arjuna_slam.slam import Forgotten, Slam
 
 _SPREAD = np.diag([0.25, 0.25, 0.0685])  # of the initial pose, as RViz's [m^2, m^2, rad^2]
 Watch = Callable[[Log], Iterable[tuple[Scan, SE2]]]
+_Placed = tuple[float, int, SE2]
+"""Stamp [s] of a scan, a keyframe's number and the pose seen from it."""
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ def map_log(
     log = open_log(path, topics)
     known = None if relations is None else read_relations(relations)
     slam, pace = Slam(config.core), Pace()
-    trajectory = run(slam, (entry for entry in watch(log) if pace.is_due(config, *entry)))
+    trajectory = run(slam, watch(log), lambda *entry: pace.is_due(config, *entry))
     grid = slam.map()
     if not trajectory or grid is None:
         raise InputFileError(path, "none of its scans has anything in range")
@@ -95,22 +97,50 @@ def _counts(slam: Slam) -> dict[str, int]:
     }
 
 
-def run(slam: Slam, log: Iterable[tuple[Scan, SE2]]) -> list[tuple[float, SE2]]:
+def run(
+    slam: Slam,
+    log: Iterable[tuple[Scan, SE2]],
+    is_due: Callable[[Scan, SE2], bool] = lambda scan, T_odom_base: True,
+) -> list[tuple[float, SE2]]:
     """Feed a log and return stamp [s] and optimised pose in map of every usable scan, by stamp.
 
-    Loggers stamp some scans too early or late (the Intel log 631 of 13631): the order of the log is
-    believed and the stamps given to SLAM are raised where they would step back.
+    Scans that are not due are where odometry since the last that was due has them. Loggers stamp
+    some scans too early or late (the Intel log 631 of 13631): the order of the log is believed and
+    the stamps given to SLAM are raised where they would step back.
     """
-    placed: list[tuple[float, int, SE2]] = []
-    last = -math.inf
+    placed: list[_Placed] = []
+    last, latest = -math.inf, None
     for scan, T_odom_base in log:
+        if not is_due(scan, T_odom_base):
+            if latest is not None:
+                node, T_node_odom = latest
+                placed.append((scan.stamp, node, T_node_odom @ T_odom_base))
+            continue
         last = max(scan.stamp, math.nextafter(last, math.inf))
         update = slam.process(replace(scan, stamp=last), T_odom_base)
-        if update is not None:
-            placed.append((scan.stamp, update.node, update.T_node_base))
+        if update is None:
+            continue
+        if slam.forgotten is not None:
+            placed = list(_on_kept(placed, slam.forgotten))
+        latest = update.node, update.T_node_base @ T_odom_base.inverse()
+        placed.append((scan.stamp, update.node, update.T_node_base))
     slam.finish()
     placed.sort(key=lambda entry: entry[0])
     return [(stamp, slam.graph.pose(node) @ pose) for stamp, node, pose in placed]
+
+
+def _on_kept(placed: Iterable[_Placed], forgotten: Forgotten) -> Iterator[_Placed]:
+    """Give poses seen from keyframes by their new numbers, those of one gone from the nearest."""
+    index, poses = forgotten
+    kept = np.flatnonzero(index >= 0)
+    for stamp, node, pose in placed:
+        seen_from = node
+        if index[node] < 0:
+            gaps = np.hypot(*(poses[kept, :2] - poses[node, :2]).T)
+            seen_from = int(kept[gaps.argmin()])
+            T_map_kept, T_map_node = (SE2.from_array(poses[one]) for one in (seen_from, node))
+            pose = T_map_kept.inverse() @ T_map_node @ pose
+        yield stamp, int(index[seen_from]), pose
 
 
 @dataclass(frozen=True)

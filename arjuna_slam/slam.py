@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from typing import NamedTuple
 
 import numpy as np
 
-from arjuna_core.arrays import Floats
+from arjuna_core.arrays import Floats, Ints
 from arjuna_core.scan import Scan
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.config import SlamConfig
@@ -27,8 +28,19 @@ _AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
 _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad
 
 
+class Forgotten(NamedTuple):
+    """Keyframes that have gone, and with them the numbers of those that have not."""
+
+    renumbered: Ints  # the new number of each, -1 for those gone, `(N,) int64`
+    poses: Floats  # of each in map, `(N, 3) float64` [m, m, rad]
+
+
 class Slam(PoseTracker):
-    """Builds a map in the frame of the robot's first pose, and the trajectory in it."""
+    """Builds a map in the frame of the robot's first pose, and the trajectory in it.
+
+    Attributes:
+        forgotten: What the last scan made it forget; None for nothing.
+    """
 
     def __init__(self, config: SlamConfig | None = None) -> None:
         self._config = config or SlamConfig()
@@ -47,6 +59,7 @@ class Slam(PoseTracker):
         self._odometry = LastOdometry()
         self._T_anchor_base = self._T_anchor_keyframe = self._T_odom_keyframe = IDENTITY
         self._travel = 0.0
+        self.forgotten: Forgotten | None = None
 
     def _begin_graph(self, undone: int = 0) -> None:
         self.keyframes = self._config.keyframes()
@@ -59,7 +72,7 @@ class Slam(PoseTracker):
         the scan before, where the scan has a time increment.
         """
         scan = self._odometry.with_motion(scan, T_odom_base, motion)
-        surface = self.scans.take(scan)
+        surface, self.forgotten = self.scans.take(scan), None
         if surface is None:
             return None
         if not self._local.active:
@@ -238,6 +251,7 @@ class Slam(PoseTracker):
         if remaining is None:
             return
         pruned, index = remaining
+        self.forgotten = Forgotten(index, session.poses)
         self._local.renumber(index)
         self._begin_graph(self._back_end.undone)
         self.keyframes.adopt(pruned)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import importlib
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from fnmatch import fnmatchcase
 from typing import Any
@@ -246,13 +246,21 @@ def with_further(group: Group, sections: Mapping[str, Mapping[str, Any]]) -> Gro
     fused = fusion_nodes(sections)
     if group not in (SIM_GROUP, ODOMETRY_GROUP) or not fused:
         return group
-    filters = (one for one in fused if one.module == _FILTER_NODE)
-    instead = any(_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters)
+    filters = filter(is_filter, fused)
+    instead = any(
+        estimates_in_odom(sections.get(one.name, sections.get("/**", {}))) for one in filters
+    )
     kept = (one for one in group.nodes if not (instead and one == EKF))
     return replace(group, nodes=(*kept, *fused), cores=(*group.cores, *_FUSION_CORES))
 
 
-def _in_odom(values: Mapping[str, Any]) -> bool:
+def is_filter(spec: NodeSpec) -> bool:
+    """Return whether a node is a filter of robot_localization."""
+    return spec.module == _FILTER_NODE
+
+
+def estimates_in_odom(values: Mapping[str, Any]) -> bool:
+    """Return whether a filter's parameters have it estimate in odom, not in map."""
     return values.get("world_frame", "") in ("", values.get("odom_frame", "odom"))
 
 
@@ -333,11 +341,25 @@ NAV2_PROGRAMS: dict[tuple[str, str], NodeSpec] = {
 _WITH_COSTMAP = {CONTROLLER_SERVER: LOCAL_COSTMAP, PLANNER_SERVER: GLOBAL_COSTMAP}
 
 
-def program_of(section: str) -> tuple[str, str] | None:
-    """Return package and executable of the node that a section names, in either way."""
+_OWN_KEYS = {
+    r"filter\d+\.type": ("laser_filters", "scan_to_scan_filter_chain"),
+    r"(topics|locks)\.\w+\.priority": ("twist_mux", "twist_mux"),
+    r"(axis|scale)_(linear|angular)\.\w+": ("teleop_twist_joy", "teleop_node"),
+    r"mag_bias_[xyz]|zeta": ("imu_filter_madgwick", "imu_filter_madgwick_node"),
+}
+"""Parameters that a program alone has, by which its section is known under any name."""
+
+
+def program_of(section: str, keys: Iterable[str] = ()) -> tuple[str, str] | None:
+    """Return package and executable of a section's node, by its name or what it has alone."""
     usual = {executable: (package, executable) for package, executable in PROGRAMS}
     usual |= {spec.name: names for names, spec in reversed(PROGRAMS.items())}
-    return usual.get(section.rpartition("/")[2])
+    if (named := usual.get(section.rpartition("/")[2])) is not None:
+        return named
+    own = (
+        known for key in keys for pattern, known in _OWN_KEYS.items() if re.fullmatch(pattern, key)
+    )
+    return next(own, None)
 
 
 def program_nodes(spec: NodeSpec) -> tuple[NodeSpec, ...]:

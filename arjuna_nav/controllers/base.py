@@ -77,7 +77,8 @@ class Controller(Protocol):
     A class of controllers has `Config`, the dataclass of its parameters, and is made of
     `(config, footprint, xy_goal_tolerance [m], period [s])`. One that never turns on the spot has
     `turning_radius`, of the tightest bend [m], or inf where it knows none: by that final approach
-    and escape plan; where nothing says a radius, they do not take over from it.
+    and escape plan; where nothing says a radius, they do not take over from it. One whose
+    parameters bound more than the speed has `limits`, of motion.py, to which both keep.
 
     Attributes:
         speed_limit: Greatest forward speed from now on [m/s]; inf for none.

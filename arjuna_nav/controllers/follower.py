@@ -17,7 +17,7 @@ from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.display import want
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
-from arjuna_nav.controllers.motion import min_turning_radius, rollout, steered
+from arjuna_nav.controllers.motion import MotionLimits, min_turning_radius, rollout, steered
 from arjuna_nav.controllers.plugins import CONTROLLERS, GOAL_CHECKERS, PROGRESS_CHECKERS
 from arjuna_nav.controllers.speed_limits import ForesightConfig, allowed_speed
 from arjuna_nav.controllers.tracker import TrackerConfig
@@ -161,13 +161,15 @@ class PathFollower:
         arrival = replace(config.arrival, enabled=config.arrival.enabled and known)
         escape = replace(config.escape, enabled=config.escape.enabled and known)
         self._radius = radius if known else 0.0
-        self._approach = FinalApproach(arrival, config.tracker, self._footprint, self._radius)
-        self._escape = Escape(escape, config.tracker, footprint, body, self._radius)
+        self._limits: MotionLimits = getattr(self.controller, "limits", MotionLimits())
+        tracking = config.tracker.within(self._limits)
+        self._approach = FinalApproach(arrival, tracking, self._footprint, self._radius)
+        self._escape = Escape(escape, tracking, footprint, body, self._radius)
         self._end: SE2 | None = None
         self._gap_pose = SE2(math.inf)
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
-        self.speed_limit = math.inf
+        self.speed_limit, self._last = math.inf, STILL
         self.wanted: frozenset[str] = frozenset()
 
     def _make_controller(self) -> Controller:
@@ -209,6 +211,11 @@ class PathFollower:
 
     def tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         """Return what to drive; pose and costmap are of the path's frame."""
+        result = self._tick(pose, velocity, costmap, now)
+        self._last = result.velocity
+        return result
+
+    def _tick(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> FollowResult:
         assert self._end is not None
         if self._axle:  # which does not move sideways
             pose, velocity = pose @ SE2(self._axle), replace(velocity, y=0.0)
@@ -306,7 +313,7 @@ class PathFollower:
         """
         escape, path = self._escape, self.controller.path
         if escape.active:
-            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            command = self._escaping(pose, velocity, costmap, now)
             if command is not None and escape.can_hand_over(pose, path, costmap):
                 command = self._hand_over_if_faster(command, pose, velocity, costmap, now)
             if command is not None:
@@ -314,7 +321,7 @@ class PathFollower:
         control = self._driven(pose, velocity, costmap, now)
         scrapes = self._scrapes(control.velocity, pose, costmap)
         if scrapes and escape.leave_contact(pose, costmap, control.velocity.yaw_rate):
-            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            command = self._escaping(pose, velocity, costmap, now)
             return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
         self._has_driven |= control.status is ControlStatus.SUCCEEDED
         if control.status is not ControlStatus.NO_VALID_CONTROL:
@@ -330,10 +337,23 @@ class PathFollower:
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         self._escape_tried = True  # once: the next tick's search would find no more
         if escape.begin(pose, path, costmap):
-            command = escape.compute(pose, velocity, path, costmap, now, self.speed_limit)
+            command = self._escaping(pose, velocity, costmap, now)
             if command is not None:
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         return control
+
+    def _escaping(
+        self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float
+    ) -> Velocity | None:
+        """Return what leads on out of a tight spot, no faster than the controller drives."""
+        speed, path = min(self.controller.desired_speed, self.speed_limit), self.controller.path
+        command = self._escape.compute(pose, velocity, path, costmap, now, speed)
+        return None if command is None else self._eased(command, velocity)
+
+    def _eased(self, command: Velocity, velocity: Velocity) -> Velocity:
+        """Return what of a command that is no controller's its limits let the robot drive now."""
+        period = 1.0 / self._config.controller_frequency
+        return self._limits.eased(command, self._last, velocity, period=period)
 
     def _driven(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         """Return what the controller wants, on an arc that a steered robot can drive and is free.
@@ -378,7 +398,8 @@ class PathFollower:
         aligned = self._goal.reached(SE2(pose.x, pose.y, end.theta), end, velocity)
         speed, heading = min(self.controller.desired_speed, self.speed_limit), self._heading_matters
         at = Arrival(pose, end, velocity, costmap, now, remaining, speed, aligned, heading)
-        return self._approach.compute(at)
+        command = self._approach.compute(at)
+        return None if command is None else self._eased(command, velocity)
 
     def _tolerate(
         self, status: ControlStatus, message: str, now: float, distance: float

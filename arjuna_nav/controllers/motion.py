@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numba import njit
@@ -129,6 +129,40 @@ def braking_speed(distance: float, deceleration: float, final: float) -> float:
 def braking_distance(speed: float, deceleration: float) -> float:
     """Return the distance within which one brakes from a speed to rest."""
     return speed * speed / (2.0 * deceleration)
+
+
+class MotionLimits(NamedTuple):
+    """How fast a controller's parameters let the robot turn, speed up and slow down.
+
+    Attributes:
+        yaw_rate: Greatest on the spot [rad/s].
+        acceleration: 0 where none is given [m/s^2].
+        deceleration: The same, above 0 [m/s^2].
+        angular_acceleration: 0 where none is given [rad/s^2].
+        angular_deceleration: The same, above 0 [rad/s^2].
+    """
+
+    yaw_rate: float = math.inf
+    acceleration: float = 0.0
+    deceleration: float = 0.0
+    angular_acceleration: float = 0.0
+    angular_deceleration: float = 0.0
+
+    def eased(self, command: Velocity, *reached: Velocity, period: float) -> Velocity:
+        """Return what of a command can be driven a period [s] after velocities, on its arc.
+
+        It slows down at once: how early it brakes is planned before.
+        """
+        x = _risen(command.x, [one.x for one in reached], self.acceleration * period)
+        w = command.yaw_rate * (x / command.x if command.x else 1.0)
+        rates = [one.yaw_rate for one in reached]
+        return replace(command, x=x, yaw_rate=_risen(w, rates, self.angular_acceleration * period))
+
+
+def _risen(value: float, reached: list[float], step: float) -> float:
+    """Return the value, no more than a step, if any, beyond the farthest reached on its side."""
+    farthest = max(0.0, *(one * math.copysign(1.0, value) for one in reached))
+    return math.copysign(min(abs(value), farthest + (step or math.inf)), value)
 
 
 @dataclass(frozen=True)

@@ -31,7 +31,7 @@ from arjuna_nav.controllers.base import (
     TrackedPath,
 )
 from arjuna_nav.controllers.display import shown_by, topics_of, want
-from arjuna_nav.controllers.motion import Turning, gentle_turns, rollout
+from arjuna_nav.controllers.motion import MotionLimits, Turning, gentle_turns, rollout
 from arjuna_nav.controllers.plugins import CONTROLLERS
 from arjuna_nav.costmap.collision import footprint_cost
 from arjuna_nav.costmap.costmap import LETHAL, Costmap
@@ -109,6 +109,9 @@ class RotationShim(PathController):
         self._turn = Turning(*limits, gentle=config.gentle_turns)
         make = CONTROLLERS.resolve(config.primary_controller)
         self._primary: Controller = make(config, footprint, xy_goal_tolerance, period)
+        self.limits: MotionLimits = getattr(self._primary, "limits", MotionLimits())
+        rate = min(self.limits.yaw_rate, config.rotate_to_heading_angular_vel)
+        self.limits = self.limits._replace(yaw_rate=rate)
         self._due = self._turning = False
         self._last_w = 0.0
 

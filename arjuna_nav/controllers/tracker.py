@@ -5,7 +5,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -21,7 +21,7 @@ from arjuna_core.config import (
 )
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
-from arjuna_nav.controllers.motion import braking_speed, crossing, curvature_into
+from arjuna_nav.controllers.motion import MotionLimits, braking_speed, crossing, curvature_into
 from arjuna_nav.planners import path as paths
 
 
@@ -56,6 +56,19 @@ class TrackerConfig:
         "Ratio of planned radii to the tightest bend of a steered robot: the rest corrects.",
         minimum=1.0,
     )
+
+    def within(self, limits: MotionLimits) -> TrackerConfig:
+        """Return these parameters, no faster than a controller's limits."""
+        fast = min(self.max_angular_velocity, max(limits.yaw_rate, 0.05))
+        return replace(
+            self,
+            deceleration=min(self.deceleration, limits.deceleration or math.inf),
+            max_angular_velocity=fast,
+            min_angular_velocity=min(self.min_angular_velocity, fast),
+            angular_deceleration=min(
+                self.angular_deceleration, limits.angular_deceleration or math.inf
+            ),
+        )
 
     def felt(self, pose: SE2, velocity: Velocity) -> SE2:
         """Return where a robot at a pose is when it feels a command."""

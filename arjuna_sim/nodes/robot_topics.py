@@ -28,7 +28,7 @@ from arjuna_sim.driven_robot import Observation
 from arjuna_sim.inputs import needs_fusion
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.settings import WHEEL_ODOMETRY, DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import DriveSettings, GazeboSettings
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.contacts import ContactLog
@@ -76,10 +76,15 @@ def contacts_msg(log: ContactLog, robot: str, now: float) -> DiagnosticArray:
     return DiagnosticArray(header=header(WORLD, now), status=[status])
 
 
-def wheels_alone(drive: DriveSettings) -> DriveSettings:
-    """Return a drive that leaves odometry and its transform to the filter of wheels and gyro."""
+def wheels_alone(drive: DriveSettings, topic: str) -> DriveSettings:
+    """Return a drive that leaves odometry and its transform to the filter of wheels and gyro.
+
+    Args:
+        topic: Of the wheels' own odometry; the file's if empty.
+    """
     publishes = tuple(name for name in drive.publishes if name != "odom_tf")
-    return dataclasses.replace(drive, odometry_topic=WHEEL_ODOMETRY, publishes=publishes)
+    topic = topic or drive.odometry_topic
+    return dataclasses.replace(drive, odometry_topic=topic, publishes=publishes)
 
 
 def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
@@ -121,7 +126,7 @@ class RobotTopics:
         self.is_fused = config.fused_odometry and needs_fusion(robot)
         self.fused_topic = self.drive.fused_topic
         if self.is_fused:
-            self.drive = wheels_alone(self.drive)
+            self.drive = wheels_alone(self.drive, config.wheel_odometry)
         self._base = _base_frame(robot) if config.frames_of_file else robot.urdf.root
         self._tf_out = TransformPublisher(node, "/tf", qos.TF)
         self._truth = config.publish_ground_truth

@@ -9,6 +9,7 @@ from arjuna_core.config import SEED_MAX, fixed, param
 from arjuna_core.errors import ConfigError
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.model.settings import WHEEL_ODOMETRY
 
 NAMESPACE = re.compile(r"[A-Za-z_][A-Za-z0-9_]*(/[A-Za-z_][A-Za-z0-9_]*)*")
 
@@ -70,6 +71,11 @@ class SimConfig(SimulatorConfig):
         "Whether ekf_filter_node makes odometry of the wheels and the IMU: the wheels' own goes to"
         " wheel_odom then, without a transform. Not where the robot's file asks for the world's,"
         " nor where it steers or moves to the side.",
+    )
+    wheel_odometry: str = fixed(
+        WHEEL_ODOMETRY,
+        "Topic of the wheels' odometry where ekf_filter_node makes another of it; that of the"
+        " robot's file if empty.",
     )
     frames_of_file: bool = fixed(
         False,

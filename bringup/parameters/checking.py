@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
 from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
@@ -14,6 +15,7 @@ from arjuna_core.config import load
 from arjuna_core.errors import ArjunaError, ConfigError, InputFileError
 from arjuna_core.files.maps import load_map
 from bringup.parameters.files import (
+    EVERY_NODE,
     Parameters,
     Source,
     for_node,
@@ -162,10 +164,12 @@ def check_file(path: Path, robot: str = "") -> Checked:
         return Checked({}, [], [str(error)])
     known = {spec.name for spec in (*all_nodes(), *further_nodes(read.parameters))}
     for name, given in source.values.items():
-        program = program_of(name)
+        program = program_of(name, () if name == EVERY_NODE else given)
         if program is None or not known.isdisjoint((name, PROGRAMS[program].name)):
             continue
         spec = PROGRAMS[program]
+        if program_of(name) is None:
+            spec = replace(spec, name=name.rpartition("/")[2])
         alone = checked(source._replace(values={spec.name: given}, repeated=()), {}, only=spec)
         read.remarks.extend(alone.remarks)
         read.problems.extend(alone.problems)

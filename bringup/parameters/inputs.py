@@ -20,6 +20,7 @@ from bringup.parameters.files import (
     merged,
     sim_time_of,
 )
+from bringup.parameters.fusion import between_filters
 from bringup.parameters.remarks import Remark
 from bringup.parameters.robot_file import (
     Driven,
@@ -111,6 +112,7 @@ def gather(arguments: argparse.Namespace, ask: bool = False) -> Parameters:
     for section in [*parameters]:
         if section.rpartition("/")[2] in (given.get("leave_out") or ()):
             del parameters[section]
+    parameters = merged(parameters, between_filters(parameters))
     options = of_options(given, groups, parameters)
     specs = [spec for group in groups for spec in with_further(group, parameters).nodes]
     read_robot = cache(named_robot)  # each once a start

@@ -24,6 +24,7 @@ from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Trials, simulated
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
 from arjuna_nav.controllers.dwb.trajectories import Dynamics, Robot, Scoring, Weights, score_all
+from arjuna_nav.controllers.motion import MotionLimits
 from arjuna_nav.costmap.collision import collision_place
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -67,6 +68,8 @@ class Dwb(PathController):
             if name not in NAV2_CRITICS
         }
         self._arrived = False
+        ahead, turns = (config.acc_lim_x, -config.decel_lim_x), config.acc_lim_theta
+        self.limits = MotionLimits(config.max_vel_theta, *ahead, turns, -config.decel_lim_theta)
 
     @property
     def desired_speed(self) -> float:

@@ -24,7 +24,7 @@ from arjuna_nav.controllers.base import (
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Plan
 from arjuna_nav.controllers.graceful.control_law import approach
-from arjuna_nav.controllers.motion import Turning, rollout
+from arjuna_nav.controllers.motion import MotionLimits, Turning, rollout
 from arjuna_nav.costmap.collision import collision_place, first_collision
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
@@ -112,6 +112,8 @@ class Graceful(PathController):
             config.rotation_scaling_factor * config.v_angular_max,
             config.v_angular_min_in_place,
         )
+        fast, turns = config.v_angular_max, config.max_angular_accel
+        self.limits = MotionLimits(fast, angular_acceleration=turns, angular_deceleration=turns)
         self._arrived = self._rotating = self._had_carrot = False
         self._last_w = 0.0
 

@@ -19,7 +19,7 @@ from arjuna_nav.controllers.base import (
     TrackedPath,
 )
 from arjuna_nav.controllers.display import Plan, Shape, Shapes
-from arjuna_nav.controllers.motion import rollout, steered
+from arjuna_nav.controllers.motion import MotionLimits, rollout, steered
 from arjuna_nav.controllers.mppi import critics, path_critics
 from arjuna_nav.controllers.mppi.config import CRITICS, MppiConfig
 from arjuna_nav.controllers.mppi.optimizer import Optimizer
@@ -80,6 +80,8 @@ class Mppi(PathController):
         self._last, self._last_at = STILL, math.inf
         steered = config.motion_model == "Ackermann"
         self.turning_radius = config.AckermannConstraints.min_turning_r if steered else 0.0
+        ahead, turns = (abs(config.ax_max), abs(config.ax_min)), config.az_max
+        self.limits = MotionLimits(config.wz_max, *ahead, turns, turns)
 
     @property
     def desired_speed(self) -> float:

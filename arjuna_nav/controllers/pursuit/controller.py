@@ -19,7 +19,7 @@ from arjuna_nav.controllers.base import (
 )
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Plan
-from arjuna_nav.controllers.motion import Turning, crossing, curvature_to, rollout
+from arjuna_nav.controllers.motion import MotionLimits, Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.costmap.collision import collision_ahead
 from arjuna_nav.costmap.costmap import FREE, INSCRIBED, MAX_NON_OBSTACLE, Costmap
@@ -66,6 +66,8 @@ class RegulatedPurePursuit(PathController):
         self._cancelled, self._braking = False, math.inf
         self._last_w = 0.0
         self.turning_radius = 0.0 if config.use_rotate_to_heading else math.inf
+        fast, turns = config.rotate_to_heading_angular_vel, config.max_angular_accel
+        self.limits = MotionLimits(fast, angular_acceleration=turns, angular_deceleration=turns)
 
     @property
     def desired_speed(self) -> float:

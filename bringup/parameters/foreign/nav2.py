@@ -11,6 +11,7 @@ from typing import Any
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.plugins import canonical
+from bringup.parameters.foreign.later import controllers_as_in_jazzy
 from bringup.parameters.remarks import Kind
 
 COSTMAPS = ("local_costmap/local_costmap", "global_costmap/global_costmap")
@@ -20,7 +21,8 @@ _DWB = "dwb_core::DWBLocalPlanner"
 _BACKWARD = ".allow_backward"
 _FADING = "spatio_temporal_voxel_layer"
 _PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
-LATER_CLASSES = frozenset(_TABLES["later"].split())
+LATER_CLASSES: dict[str, str | None] = _TABLES["later"]
+"""Each with the class that does its work, but for what is new; None where none does."""
 _CRITICS = frozenset(_TABLES["critics"].split())
 
 
@@ -92,6 +94,7 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         today = _key_as_today(node, key, given)
         if key.endswith("plugin") and isinstance(value, str):
             value = canonical(value).replace("nav2_recoveries::", "nav2_behaviors::")
+            value = _OLDER["classes"].get(value, value)
             value = value if today == key else [value]
         if node == "velocity_smoother" and isinstance(value, list) and len(value) == 6:
             value = [value[at] for at in _PLANAR]
@@ -100,7 +103,8 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
         if isinstance(value, str):
             value = _OLDER["values"].get(node, {}).get(key, {}).get(value, value)
         values[today] = value
-    values = _critics_as_today(values) if node == "controller_server" else values
+    if node == "controller_server":
+        values = _critics_as_today(controllers_as_in_jazzy(values))
     return _zones_as_today(values) if node == "collision_monitor" else values
 
 

@@ -175,6 +175,8 @@ def _stand_in(cls: str, kind: PluginTypes, name: str = "") -> str:
 
     Else that of the plug-in's own name, or the default where that can do its work; empty if none.
     """
+    if later := nav2.LATER_CLASSES.get(cls):
+        return later
     last = cls.rpartition("::")[2]
     copied = [known for known in kind.types if known.rpartition("::")[2] == last]
     own = kind.by_name.get(name) or (kind.default if kind.stands_in else "")

@@ -31,7 +31,7 @@ def sections_by_node(
         today = nav2.section_as_today(name)
         node = node_of(today, nodes, namespace)
         if node is None:
-            remarks.append(_of_other_node(name, today, nodes))
+            remarks.append(_of_other_node(name, today, values, nodes))
             continue
         robot = namespace_of(today, node)
         first = first or robot
@@ -67,18 +67,23 @@ def _is_placeholder(key: str, value: str) -> bool:
     return bool(named or _PLACEHOLDER.fullmatch(value))
 
 
-def of_program(where: str, program: tuple[str, str]) -> Remark:
-    """Return that what is named is of a program's node, which runs alone."""
-    command = f"ros2 run {' '.join(program)} --ros-args --params-file FILE"
+def of_program(where: str, program: tuple[str, str], name: str = "") -> Remark:
+    """Return that what is named is of a program's node, which runs alone, by a name if given."""
+    renamed = f"-r __node:={name} " if name else ""
+    command = f"ros2 run {' '.join(program)} --ros-args {renamed}--params-file FILE"
     return Remark(Kind.NOT_NEEDED, where, f"a node that '{command}' runs")
 
 
-def _of_other_node(name: str, today: str, nodes: Mapping[str, NodeSpec]) -> Remark:
+def _of_other_node(
+    name: str, today: str, values: Mapping[str, Any], nodes: Mapping[str, NodeSpec]
+) -> Remark:
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
     if (program := program_of(today)) is not None:
         return of_program(name, program)
     last = name.rpartition("/")[2]
+    if (program := program_of(today, values)) is not None:
+        return of_program(name, program, last)
     for package, executable in NAV2_PROGRAMS:
         if last.endswith(f"_{executable}"):
             words = f"{package} {executable} --ros-args -r __node:={last} --params-file FILE"

@@ -406,3 +406,58 @@ def test_a_steered_robot_that_has_not_arrived_drives_as_many_curves_as_it_may() 
         beside = SE2(3.0, 2.2)  # as though it had slid there
         assert approach.compute(Arrival(beside, goal, STILL, costmap, 1.0, **around)) is None
         assert approach.retry() is again
+
+
+RPP = "nav2_regulated_pure_pursuit_controller::RegulatedPurePursuitController"
+SLOW_TURNS: dict[str, dict[str, Any]] = {
+    RPP: {"rotate_to_heading_angular_vel": 0.3, "max_angular_accel": 0.5},
+    "nav2_graceful_controller::GracefulController": {
+        "v_angular_max": 0.3,
+        "max_angular_accel": 0.5,
+    },
+    "dwb_core::DWBLocalPlanner": {
+        "max_vel_x": 0.3,
+        "max_vel_theta": 0.3,
+        "acc_lim_theta": 0.5,
+        "decel_lim_theta": -0.5,
+        "critics": ["RotateToGoal", "PathDist", "GoalDist"],
+    },
+    "nav2_mppi_controller::MPPIController": {"wz_max": 0.3, "az_max": 0.5},
+    "nav2_rotation_shim_controller::RotationShimController": {
+        "primary_controller": RPP,
+        "rotate_to_heading_angular_vel": 0.3,
+        "max_angular_accel": 0.5,
+    },
+}
+
+
+def driven_by(controller: str, goal: SE2, **own: Any) -> np.ndarray:
+    """Return the speeds and yaw rates that lead straight into a goal."""
+    robot, costmap = Unicycle(SE2(1.0, 2.0)), costmap_of(empty_grid(5.0, 4.0))
+    below = {f"FollowPath.{key}": value for key, value in {"plugin": controller, **own}.items()}
+    follower = PathFollower(load(FollowerConfig, {**below, "arrival.curve_time": 0.0}), ROBOT)
+    follower.start(polyline([(1.0, 2.0), (goal.x, goal.y)], goal.theta), 0.0)
+    commands, result = [STILL], FollowResult(FollowState.RUNNING)
+    while result.state is FollowState.RUNNING and len(commands) < 600:
+        result = follower.tick(robot.pose, robot.velocity, costmap, 0.05 * len(commands))
+        robot.drive(result.velocity)
+        commands.append(result.velocity)
+    assert result.state is FollowState.SUCCEEDED
+    assert off(robot, goal) < (0.03, 0.05)
+    return np.array([(one.x, one.yaw_rate) for one in commands])
+
+
+@pytest.mark.parametrize("controller", SLOW_TURNS)
+def test_it_turns_no_faster_than_its_controller_may(controller: str) -> None:
+    x, rate = driven_by(controller, SE2(2.0, 2.0, 2.0), **SLOW_TURNS[controller]).T
+    assert 0.25 < rate.max() <= 0.3 + 1e-9
+    assert np.diff(rate)[x[1:] == 0.0].max() <= 0.5 * 0.05 + 1e-9
+
+
+def test_it_speeds_up_and_brakes_no_harder_than_its_controller_may() -> None:
+    own = {"ax_max": 0.2, "ax_min": -0.3}
+    speeds = driven_by("nav2_mppi_controller::MPPIController", SE2(1.5, 2.0), **own)[:, 0]
+    assert speeds.max() > 0.15
+    steps = np.diff(speeds) / 0.05
+    assert steps.max() <= 0.2 + 1e-9
+    assert steps[:-2].min() >= -2.0 * 0.3

@@ -11,10 +11,12 @@ import pytest
 from arjuna_core.arrays import Floats
 from arjuna_core.bags.decoder import DecodeError
 from arjuna_core.errors import InputFileError
+from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_slam.logs.log import open_log, read_carmen
 from arjuna_slam.logs.recording import RecordingTopics, odometry_of, scan_of, transforms_of
 from arjuna_slam.offline import evaluate, map_log, read_relations, run
+from arjuna_slam.pose_tracker import SlamUpdate
 from arjuna_slam.slam import Slam
 from tests.core.bags.recordings import (
     ODOMETRY,
@@ -242,11 +244,18 @@ def test_a_replayed_log_meets_its_relations_and_a_stamp_that_steps_back_is_used(
     ],
 )
 def test_a_log_is_mapped_at_the_pace_of_the_parameters(
-    values: dict[str, object], count: int, tmp_path: Path
+    values: dict[str, object], count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file = tmp_path / "drive.clf"
+    file, mapped, process = tmp_path / "drive.clf", list[Scan](), Slam.process
+
+    def counted(slam: Slam, scan: Scan, T_odom_base: SE2) -> SlamUpdate | None:
+        mapped.append(scan)
+        return process(slam, scan, T_odom_base)
+
+    monkeypatch.setattr(Slam, "process", counted)
     file.write_text("".join(text()), encoding="utf-8")
-    assert len(map_log(file, values).trajectory) == count
+    assert len(map_log(file, values).trajectory) == 20
+    assert len(mapped) == count
 
 
 def test_relations_are_read_from_a_file_of_eight_columns(tmp_path: Path) -> None:

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import json
+from pathlib import Path
+from typing import Any
+
 import pytest
 
+from bringup.parameters.checking import check_file
 from bringup.parameters.files import Parameters, shipped_parameters
 from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind
 from bringup.stack import all_nodes
+from tests.helpers.files import written
 
 pytestmark = pytest.mark.ros
 
@@ -62,3 +68,31 @@ def test_a_node_of_nav2_under_a_name_of_its_own_is_run_beside_the_others() -> No
 def test_shapes_as_zones_are_a_line_of_safety() -> None:
     remark = only(understood({"vector_object_server": {"shapes": ["a"]}}), Kind.NO_EFFECT)
     assert remark.startswith("no effect yet (SAFETY): vector_object_server: ")
+
+
+@pytest.mark.parametrize(
+    ("values", "program"),
+    [
+        (
+            {"filter1.type": "laser_filters/InterpolationFilter", "filter1.name": "a"},
+            "laser_filters scan_to_scan_filter_chain",
+        ),
+        (
+            {"topics.nav.topic": "cmd_vel_nav", "topics.nav.priority": 10},
+            "twist_mux twist_mux",
+        ),
+        ({"axis_linear.x": 1, "enable_button": 4}, "teleop_twist_joy teleop_node"),
+        ({"gain": 0.1, "zeta": 0.0}, "imu_filter_madgwick imu_filter_madgwick_node"),
+    ],
+)
+def test_a_program_s_section_is_known_under_any_name(
+    values: dict[str, Any], program: str, tmp_path: Path
+) -> None:
+    section = json.dumps({"robot/my_node": {"ros__parameters": values}})
+    read = check_file(written(tmp_path, section))
+    (remark,) = read.remarks
+    assert remark.kind is Kind.NOT_NEEDED
+    assert f"'ros2 run {program} --ros-args -r __node:=my_node" in str(remark)
+    section = json.dumps({"my_node": {"ros__parameters": {**values, "misspelt": 1}}})
+    read = check_file(written(tmp_path, section))
+    assert any("my_node: misspelt: no such parameter" in str(one) for one in read.remarks)

@@ -129,12 +129,6 @@ def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
         ("planner_server", {"planner_plugin_ids": []}, Kind.NO_EFFECT, "of Nav2 before Foxy"),
         ("docking_server", {f"{DOCK}.dock_direction": "back"}, Kind.NO_EFFECT, "dock_backwards"),
         (
-            "controller_server",
-            {"FollowPath.max_linear_vel": 0.2},
-            Kind.NO_EFFECT,
-            "SAFETY.*desired_linear_vel",
-        ),
-        (
             "collision_monitor",
             {**ZONE, "Near.v.steering_angle_min": 0.1},
             Kind.NO_EFFECT,
