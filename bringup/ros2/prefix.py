@@ -137,15 +137,15 @@ SHIPPED = {
 
 def add_prefix() -> Path:
     """Put the prefix behind those of sourced workspaces, before this Python environment's."""
-    folder = _made()
+    folder = prefix_folder()
     given = [one for one in os.environ.get(_VARIABLE, "").split(os.pathsep) if one]
-    kept = [one for one in given if one not in (str(folder), sys.prefix)]
+    kept = [one for one in given if one != sys.prefix and not (Path(one) / GENERATED).exists()]
     os.environ[_VARIABLE] = os.pathsep.join([*kept, str(folder)])
     add_environment_to_ament_index()
     return folder
 
 
-def _made() -> Path:
+def prefix_folder() -> Path:
     """Return the folder, made where it is not there yet: in the user's cache, or for this run."""
     texts = _texts()
     named = repr((sys.prefix, sorted(texts.items()), sorted(SHIPPED.items()), shipped_file("maps")))
