@@ -40,15 +40,20 @@ _MANIFEST = """<?xml version="1.0"?>
   <license>Apache-2.0</license>
 </package>
 """
-_FOXGLOVE = """<launch>
-  <arg name="port" default="8765"/>
+_SERVER = """<launch>
+  <arg name="port" default="{port}"/>
   <arg name="address" default="127.0.0.1"/>
-  <node pkg="foxglove_bridge" exec="foxglove_bridge" output="screen">
+  <node pkg="{package}" exec="{program}" output="screen">
     <param name="port" value="$(var port)"/>
     <param name="address" value="$(var address)"/>
   </node>
 </launch>
 """
+_SERVERS = {
+    "foxglove_bridge": ("foxglove_bridge", 8765),
+    "rosbridge_server": ("rosbridge_websocket", 9090),
+}
+"""The program of each package whose launch file serves clients, and its port."""
 _BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
 _RVIZ = """Visualization Manager:
   Displays:
@@ -185,9 +190,16 @@ def _texts() -> dict[str, str]:
     found |= {f"share/{name}": "[]\n" for name in _BRIDGED}
     found["share/nav2_minimal_tb3_sim/urdf/cardboard_box.sdf"] = _BOX
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
-        text = _FOXGLOVE if file.endswith(".xml") else _LAUNCH.format(package=package, file=file)
-        found[f"share/{package}/launch/{file}"] = text
+        found[f"share/{package}/launch/{file}"] = _launch(package, file)
     return found
+
+
+def _launch(package: str, file: str) -> str:
+    """Return the text of a launch file."""
+    if package not in _SERVERS:
+        return _LAUNCH.format(package=package, file=file)
+    program, port = _SERVERS[package]
+    return _SERVER.format(package=package, program=program, port=port)
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:

@@ -170,7 +170,8 @@ _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
 _MOCK = f"{_PROGRAMS}.mock_hardware"
 _RELAYS = f"{_PROGRAMS}.relays"
-TAKES_ALL = (_GAZEBO, _BRIDGE, _MOCK, _RELAYS)
+_ROSBRIDGE = "bringup.ros2.rosbridge.bridge"
+TAKES_ALL = (_GAZEBO, _BRIDGE, _MOCK, _RELAYS, _ROSBRIDGE)
 """Programs that read ROS' own words themselves; of others rclpy does."""
 
 
@@ -187,6 +188,9 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("foxglove_bridge", "foxglove_bridge"): _foxglove,
+    ("rosapi", "rosapi_node"): partial(_nothing, why="rosbridge_websocket answers for rosapi"),
+    ("rosbridge_server", "rosbridge_websocket"): _ROSBRIDGE,
+    ("rosbridge_server", "rosbridge_websocket.py"): _ROSBRIDGE,  # its name before Humble
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("nav2_util", "lifecycle_bringup"): f"{_PROGRAMS}.lifecycle_bringup",
     **{
