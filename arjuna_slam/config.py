@@ -136,7 +136,10 @@ class SlamNodeConfig(SlamConfig):
         10.0, "Time between two maps, 0.02 at least.", read_only=True, theirs=10.0
     )
     publish_unchanged_map: bool = param(
-        False, "Whether the map is published each time, not only where it has changed.", theirs=True
+        False,
+        "Whether the map is published each time, not only where it has changed or somebody "
+        "listens to it who asks for none of before.",
+        theirs=True,
     )
     transform_publish_period: float = duration_param(
         0.05, "Time between two transforms; 0 for none.", read_only=True

@@ -12,7 +12,7 @@ from typing import Any, ClassVar
 
 import yaml
 
-from arjuna_core.bags.topic import BagMessage, TopicInfo
+from arjuna_core.bags.topic import BagMessage, PlainDumper, TopicInfo
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.yaml_file import read_yaml
 
@@ -128,12 +128,18 @@ def metadata_yaml(
     storage: str = "mcap",
     compression: str = "",
     custom: Mapping[str, str] | None = None,
+    counts: Counter[str] | None = None,
 ) -> str:
-    """Return the text of metadata.yaml; `compression` is "" for none, `file` or `message`."""
+    """Return the text of metadata.yaml.
+
+    Args:
+        compression: "" for none, `file` or `message`.
+        counts: How many messages of each topic there are; the sum of the files' if None.
+    """
     used = [file for file in files if file.counts]
     start = min((file.start for file in used), default=0)
     end = max((file.end for file in used), default=0)
-    counts = sum((file.counts for file in files), Counter[str]())
+    counts = sum((file.counts for file in files), Counter[str]()) if counts is None else counts
     information = {
         "version": 9,  # rosbag2's of Jazzy
         "storage_identifier": storage,
@@ -153,7 +159,7 @@ def metadata_yaml(
         "custom_data": dict(custom) if custom else None,
         "ros_distro": "jazzy",
     }
-    return str(yaml.dump({"rosbag2_bagfile_information": information}, Dumper=_Plain))
+    return str(yaml.dump({"rosbag2_bagfile_information": information}, Dumper=PlainDumper))
 
 
 def _span(start: int, end: int) -> dict[str, Any]:
@@ -171,13 +177,3 @@ def _topic(topic: TopicInfo) -> dict[str, Any]:
         "offered_qos_profiles": [each.to_rosbag2() for each in topic.offers],
         "type_description_hash": topic.type_hash,
     }
-
-
-class _Plain(yaml.SafeDumper):
-    """Writes in the given order and repeats what occurs twice: rosbag2 reads no anchors here."""
-
-    def __init__(self, stream: Any, **options: Any) -> None:
-        super().__init__(stream, **{**options, "sort_keys": False})
-
-    def ignore_aliases(self, data: Any) -> bool:
-        return True

@@ -64,6 +64,17 @@ class TopicInfo:
     encoding: str = ROS2
 
 
+class PlainDumper(yaml.SafeDumper):
+    """Writes in the given order and repeats what occurs twice: rosbag2 reads no anchors here."""
+
+    def __init__(self, stream: Any, **options: Any) -> None:
+        super().__init__(stream, **{**options, "sort_keys": False})
+
+    def ignore_aliases(self, data: Any) -> bool:
+        """Return that everything is written out."""
+        return True
+
+
 MESSAGE_MAX = 1 << 26
 """How large a message may be [bytes]: a map of 8000 x 8000 cells."""
 
@@ -82,7 +93,7 @@ class BagMessage(NamedTuple):
 
 def dump(profiles: Iterable[TopicQos]) -> str:
     """Return the profiles of a topic's publishers as text of a recording."""
-    return str(yaml.safe_dump([each.to_rosbag2() for each in profiles], sort_keys=False))
+    return str(yaml.dump([each.to_rosbag2() for each in profiles], Dumper=PlainDumper))
 
 
 def parse(profiles: str) -> tuple[TopicQos, ...]:

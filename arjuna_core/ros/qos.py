@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from rclpy.qos import DurabilityPolicy, QoSProfile, ReliabilityPolicy
+from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile, ReliabilityPolicy
 
 from arjuna_core.bags.topic import TopicQos
 
@@ -31,6 +31,7 @@ def profile_of(wanted: TopicQos) -> QoSProfile:
     """Return the rclpy profile of a recording's QoS."""
     reliability, durability = ReliabilityPolicy, DurabilityPolicy
     return QoSProfile(
+        history=HistoryPolicy.KEEP_LAST if wanted.depth else HistoryPolicy.SYSTEM_DEFAULT,
         depth=wanted.depth,
         reliability=reliability.RELIABLE if wanted.reliable else reliability.BEST_EFFORT,
         durability=durability.TRANSIENT_LOCAL if wanted.latched else durability.VOLATILE,

@@ -156,7 +156,7 @@ class AmclNodeConfig(AmclConfig):
     scan_topic: str = fixed("scan", "Topic of the scans.")
     map_topic: str = fixed("map", "Topic of the map.")
     transform_tolerance: float = duration_param(
-        0.2, "How far ahead map -> odom is dated: more than a scan's period.", theirs=1.0
+        0.2, "How far ahead map -> odom is dated, two periods of the scans at least.", theirs=1.0
     )
     tf_broadcast: bool = param(True, "Whether to broadcast map -> odom.")
     set_initial_pose: bool = param(False, "Whether to start at initial_pose.")

@@ -17,6 +17,8 @@ from arjuna_core.se2 import SE2
 from arjuna_slam.amcl.belief import Belief
 from arjuna_slam.amcl.estimate import Estimate, Status
 
+_LONGEST = 1.0  # [s] that map -> odom is dated ahead for slow scans, Nav2's transform_tolerance
+
 
 class AmclOutput:
     """The publishers of amcl, whose configuration names the frames."""
@@ -25,6 +27,7 @@ class AmclOutput:
         self._node = node
         self._status: Status | None = None  # that was logged last
         self._covered = -math.inf  # until when map -> odom was broadcast [s]
+        self._scanned = -math.inf  # the stamp of the last scan [s]
         self._poses = node.publisher(PoseWithCovarianceStamped, "amcl_pose", qos.LATCHED)
         self._cloud = node.publisher(ParticleCloud, "particle_cloud", qos.SENSOR_PUBLISHER)
         self._quality = node.publisher(
@@ -34,12 +37,18 @@ class AmclOutput:
 
     def restart(self) -> None:
         """Forget what was broadcast, after the clock was set back."""
-        self._covered = -math.inf
+        self._covered = self._scanned = -math.inf
 
     def broadcast(self, T_map_odom: SE2, stamp: float) -> None:
-        """Broadcast map -> odom, dated ahead of a scan's stamp [s] by the tolerance."""
+        """Broadcast map -> odom, dated ahead of a scan's stamp [s] by the tolerance.
+
+        Two periods of the scans are covered at least, for whoever transforms what is newer than
+        the last scan before the next one is processed.
+        """
         c = self._node.config
-        dates = [stamp + c.transform_tolerance]
+        period = stamp - self._scanned if math.isfinite(self._scanned) else 0.0
+        self._scanned = stamp
+        dates = [stamp + max(c.transform_tolerance, min(2.0 * period, _LONGEST))]
         if stamp > self._covered:  # after a pause nothing covers the scan itself
             dates.insert(0, stamp)
         self._covered = dates[-1]

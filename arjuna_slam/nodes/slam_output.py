@@ -9,6 +9,7 @@ from geometry_msgs.msg import Point, PoseWithCovariance, PoseWithCovarianceStamp
 from nav_msgs.msg import MapMetaData
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from numpy.typing import NDArray
+from rclpy.qos import DurabilityPolicy
 from std_msgs.msg import ColorRGBA, Float64
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -132,10 +133,20 @@ class SlamOutput:
         grid = self._slam.map(most_moved)
         return None if grid is None else grid_msg(grid, self._node.config.map_frame, self._node.now)
 
+    def _has_late_listeners(self) -> bool:
+        """Return whether somebody listens to the map who gets none of before."""
+        infos = self._node.get_subscriptions_info_by_topic(self._map.topic_name)
+        return any(info.qos_profile.durability == DurabilityPolicy.VOLATILE for info in infos)
+
     def publish_map(self) -> None:
-        """Publish map and graph, if they are others than before or always are to be."""
+        """Publish map and graph, if they are others than before or always are to be.
+
+        They are for whoever asks for no latched map, too: slam_toolbox publishes it each time, and
+        programs that explore by it would wait for it beside a robot that stands.
+        """
         unchanged = not (self._fresh or self._slam.keyframes.map_behind)
-        if unchanged and not self._node.config.publish_unchanged_map:
+        always = self._node.config.publish_unchanged_map
+        if unchanged and not (always or self._has_late_listeners()):
             return
         most_moved = 200  # keyframes traced again: a closure must not delay the scans
         message: Any = self.map_message(most_moved)

@@ -24,7 +24,7 @@ FORWARDED = {
     "daemon": ("There is no daemon: none is needed", "daemon:run"),
     "doctor": ("Check the system for what goes wrong", "forward:doctor"),
     "launch": ("Start what a known launch file starts", "launch:run"),
-    "run": ("Run a package specific executable", "forward:run"),
+    "run": ("Run a package specific executable", "run:run"),
     "wtf": ("The same as 'ros2 doctor'", "forward:doctor"),
 }
 """What is said of the commands without verbs, and `module:function` that takes their words."""

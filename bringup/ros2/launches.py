@@ -156,6 +156,7 @@ COMPOSED = {
         ("ros_gz_sim", "gz_spawn_model.launch.py"): "",
     },
     ("foxglove_bridge", "foxglove_bridge_launch.xml"): {},
+    ("rosbridge_server", "rosbridge_websocket_launch.xml"): {},
 }
 """Launch files that include those of `LAUNCHES`: each one's argument that leaves it out."""
 

@@ -40,15 +40,20 @@ _MANIFEST = """<?xml version="1.0"?>
   <license>Apache-2.0</license>
 </package>
 """
-_FOXGLOVE = """<launch>
-  <arg name="port" default="8765"/>
+_SERVER = """<launch>
+  <arg name="port" default="{port}"/>
   <arg name="address" default="127.0.0.1"/>
-  <node pkg="foxglove_bridge" exec="foxglove_bridge" output="screen">
+  <node pkg="{package}" exec="{program}" output="screen">
     <param name="port" value="$(var port)"/>
     <param name="address" value="$(var address)"/>
   </node>
 </launch>
 """
+_SERVERS = {
+    "foxglove_bridge": ("foxglove_bridge", 8765),
+    "rosbridge_server": ("rosbridge_websocket", 9090),
+}
+"""The program of each package whose launch file serves clients, and its port."""
 _BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
 _RVIZ = """Visualization Manager:
   Displays:
@@ -137,15 +142,15 @@ SHIPPED = {
 
 def add_prefix() -> Path:
     """Put the prefix behind those of sourced workspaces, before this Python environment's."""
-    folder = _made()
+    folder = prefix_folder()
     given = [one for one in os.environ.get(_VARIABLE, "").split(os.pathsep) if one]
-    kept = [one for one in given if one not in (str(folder), sys.prefix)]
+    kept = [one for one in given if one != sys.prefix and not (Path(one) / GENERATED).exists()]
     os.environ[_VARIABLE] = os.pathsep.join([*kept, str(folder)])
     add_environment_to_ament_index()
     return folder
 
 
-def _made() -> Path:
+def prefix_folder() -> Path:
     """Return the folder, made where it is not there yet: in the user's cache, or for this run."""
     texts = _texts()
     named = repr((sys.prefix, sorted(texts.items()), sorted(SHIPPED.items()), shipped_file("maps")))
@@ -185,9 +190,16 @@ def _texts() -> dict[str, str]:
     found |= {f"share/{name}": "[]\n" for name in _BRIDGED}
     found["share/nav2_minimal_tb3_sim/urdf/cardboard_box.sdf"] = _BOX
     for package, file in (*LAUNCHES, *COMPOSED, *DESCRIBED):
-        text = _FOXGLOVE if file.endswith(".xml") else _LAUNCH.format(package=package, file=file)
-        found[f"share/{package}/launch/{file}"] = text
+        found[f"share/{package}/launch/{file}"] = _launch(package, file)
     return found
+
+
+def _launch(package: str, file: str) -> str:
+    """Return the text of a launch file."""
+    if package not in _SERVERS:
+        return _LAUNCH.format(package=package, file=file)
+    program, port = _SERVERS[package]
+    return _SERVER.format(package=package, program=program, port=port)
 
 
 def _write(folder: Path, texts: dict[str, str]) -> None:

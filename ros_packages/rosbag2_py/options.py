@@ -1,16 +1,29 @@
-"""The values that rosbag2_py's readers and writers take and return."""
+"""The values that rosbag2_py's readers and writers take and return.
+
+A name that an option does not have is an AttributeError, as in the original.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from enum import Enum, auto
 
-from rclpy.duration import Duration
+import rclpy.duration
 from rclpy.qos import QoSProfile
 from rclpy.time import Time
 
+from rosbag2_py.qos import Duration as Duration  # the original has these beside its options
+from rosbag2_py.qos import QoS as QoS
+from rosbag2_py.qos import convert_rclcpp_qos_to_rclpy_qos as convert_rclcpp_qos_to_rclpy_qos
+from rosbag2_py.qos import rmw_qos_durability_policy_t as rmw_qos_durability_policy_t
+from rosbag2_py.qos import rmw_qos_history_policy_t as rmw_qos_history_policy_t
+from rosbag2_py.qos import rmw_qos_liveliness_policy_t as rmw_qos_liveliness_policy_t
+from rosbag2_py.qos import rmw_qos_reliability_policy_t as rmw_qos_reliability_policy_t
+from rosbag2_py.qos import to_rclcpp_qos_vector as to_rclcpp_qos_vector
 
-@dataclass
+
+@dataclass(slots=True)
 class StorageOptions:
     """The path of a recording, and its form."""
 
@@ -27,7 +40,7 @@ class StorageOptions:
     custom_data: dict[str, str] = field(default_factory=dict)
 
 
-@dataclass
+@dataclass(slots=True)
 class ConverterOptions:
     """Encodings of messages; there is only cdr."""
 
@@ -35,7 +48,7 @@ class ConverterOptions:
     output_serialization_format: str = ""
 
 
-@dataclass
+@dataclass(slots=True)
 class StorageFilter:
     """The topics that are read; an expression fits the whole name."""
 
@@ -47,19 +60,25 @@ class StorageFilter:
     regex_to_exclude: str = ""
 
 
-@dataclass
+@dataclass(slots=True)
 class TopicMetadata:
-    """A topic."""
+    """A topic; what it offered may be given as text, as before Jazzy."""
 
     id: int = 0
     name: str = ""
     type: str = ""
     serialization_format: str = "cdr"
-    offered_qos_profiles: list[QoSProfile] = field(default_factory=list)
+    offered_qos_profiles: Sequence[QoS | QoSProfile] | str = field(default_factory=list)
     type_description_hash: str = ""
 
     def equals(self, other: TopicMetadata) -> bool:
         return self == other
+
+    def profiles(self) -> list[QoSProfile]:
+        """Return what its publishers offered, as rclpy's profiles."""
+        given = self.offered_qos_profiles
+        offers = to_rclcpp_qos_vector(given) if isinstance(given, str) else given
+        return [convert_rclcpp_qos_to_rclpy_qos(each) for each in offers]
 
 
 @dataclass
@@ -86,7 +105,7 @@ class FileInformation:
 
     path: str
     starting_time: Time
-    duration: Duration
+    duration: rclpy.duration.Duration
     message_count: int
 
 
@@ -99,7 +118,7 @@ class BagMetadata:
     storage_identifier: str
     relative_file_paths: list[str]
     files: list[FileInformation]
-    duration: Duration
+    duration: rclpy.duration.Duration
     starting_time: Time
     message_count: int
     topics_with_message_count: list[TopicInformation]
@@ -137,7 +156,7 @@ class CompressionMode(Enum):
     MESSAGE = auto()
 
 
-@dataclass
+@dataclass(slots=True)
 class CompressionOptions:
     """The compression of a recording."""
 

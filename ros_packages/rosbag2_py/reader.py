@@ -28,6 +28,7 @@ from rosbag2_py.options import (
     TopicInformation,
     TopicMetadata,
 )
+from rosbag2_py.qos import qos_from_profile
 
 
 class SequentialReader:
@@ -164,7 +165,7 @@ def _topics(bag: Bag) -> list[TopicInfo]:
 
 
 def _topic(topic: TopicInfo, number: int) -> TopicMetadata:
-    profiles = [profile_of(each) for each in topic.offers]
+    profiles = [qos_from_profile(profile_of(each)) for each in topic.offers]
     kind = topic.type_name
     return TopicMetadata(number, topic.name, kind, topic.encoding, profiles, topic.type_hash)
 

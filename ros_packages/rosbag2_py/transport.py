@@ -5,15 +5,17 @@ from __future__ import annotations
 import threading
 from argparse import Namespace
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from datetime import timedelta
+from enum import Enum
 from pathlib import Path
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from rclpy.qos import QoSProfile
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError
+from bringup.recording.convert import convert, read_outputs
 from bringup.recording.play import play
 from bringup.recording.record import record
 from bringup.ros2.verbs.bag import logged, until
@@ -39,7 +41,7 @@ _WORDS = {
 """Names of a player's options by those of `ros2 bag play`, where they differ."""
 
 
-@dataclass
+@dataclass(slots=True)
 class RecordOptions:
     """Options of a recorder, by rosbag2_transport's names; those of `ros2 bag record`."""
 
@@ -61,6 +63,7 @@ class RecordOptions:
     compression_format: str = ""
     compression_queue_size: int = 1
     compression_threads: int = 0
+    compression_threads_priority: int = 0
     topic_qos_profile_overrides: dict[str, QoSProfile] = field(default_factory=dict)
     include_hidden_topics: bool = False
     include_unpublished_topics: bool = False
@@ -69,8 +72,33 @@ class RecordOptions:
     use_sim_time: bool = False
     disable_keyboard_controls: bool = False
 
+    @property
+    def all(self) -> bool:
+        """All topics, by the option's name before Jazzy."""
+        return self.all_topics
 
-@dataclass
+    @all.setter
+    def all(self, value: bool) -> None:
+        self.all_topics = value
+
+    @property
+    def exclude(self) -> str:
+        """The topics left out, by the option's name before Jazzy."""
+        return self.exclude_regex
+
+    @exclude.setter
+    def exclude(self, value: str) -> None:
+        self.exclude_regex = value
+
+
+class ServiceRequestsSource(str, Enum):
+    """The side of a service whose requests are asked again."""
+
+    SERVICE_INTROSPECTION = "service_introspection"
+    CLIENT_INTROSPECTION = "client_introspection"
+
+
+@dataclass(slots=True)
 class PlayOptions:
     """Options of a player, by rosbag2_transport's names; those of `ros2 bag play`."""
 
@@ -98,7 +126,7 @@ class PlayOptions:
     wait_acked_timeout: int = -1
     disable_loan_message: bool = False
     publish_service_requests: bool = False
-    service_requests_source: str = "service_introspection"
+    service_requests_source: str = ServiceRequestsSource.SERVICE_INTROSPECTION
 
 
 class _Cancelled:
@@ -138,7 +166,7 @@ class Recorder(_Cancelled):
         """
         given, storage = record_options, storage_options
         words = Namespace(
-            **vars(given),
+            **_values(given),
             topics_positional=[],
             all=False,
             exclude_services=given.exclude_service_events,
@@ -188,7 +216,7 @@ class Player(_Cancelled):
         self, storages: StorageOptions | list[StorageOptions], given: PlayOptions, burst: int | None
     ) -> None:
         words = Namespace(
-            **vars(given),
+            **_values(given),
             **{word: getattr(given, name) for word, name in _WORDS.items()},
             qos_profile_overrides_path="",
             playback_until_sec=-1.0,
@@ -206,6 +234,23 @@ class Player(_Cancelled):
             play(bags, options, logged(options.node_name, self._level), self._begin())
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
+
+
+def bag_rewrite(input_options: list[StorageOptions], output_config_file: str) -> None:
+    """Write recordings again, as `ros2 bag convert` does by a file of output options.
+
+    Raises:
+        RuntimeError: One cannot be read, or the file or an output is not as it should be.
+    """
+    try:
+        bags = [Bag(Path(each.uri.removeprefix("file://"))) for each in input_options]
+        convert(bags, read_outputs(Path(output_config_file)))
+    except ArjunaError as error:
+        raise RuntimeError(str(error)) from error
+
+
+def _values(options: RecordOptions | PlayOptions) -> dict[str, Any]:
+    return {each.name: getattr(options, each.name) for each in fields(options)}
 
 
 def _named(profiles: Mapping[str, QoSProfile]) -> dict[str, QoSProfile]:

@@ -57,7 +57,7 @@ class SequentialWriter:
     def create_topic(self, topic: TopicMetadata) -> None:
         """Add a topic, before its messages."""
         folder = self._current()
-        offers = tuple(map(qos_of, topic.offered_qos_profiles))
+        offers = tuple(map(qos_of, topic.profiles()))
         definition, known = installed_type(topic.type)
         encoding = topic.serialization_format or "cdr"
         added = TopicInfo(
@@ -66,6 +66,11 @@ class SequentialWriter:
         )
         self._topics[topic.name] = added
         folder.add_topic(added)
+
+    def remove_topic(self, topic: TopicMetadata) -> None:
+        """Take no more messages of a topic."""
+        self._current()
+        self._topics.pop(topic.name, None)
 
     def write(
         self, topic_name: str, message: bytes, time_stamp: int, sequence_number: int = 0

@@ -8,6 +8,7 @@ from rosidl_runtime_py.convert import (
 from rosidl_runtime_py.set_message import set_message_fields
 from rosidl_runtime_py.utilities import (
     get_action_interfaces,
+    get_interface_path,
     get_interfaces,
     get_message_interfaces,
     get_service_interfaces,

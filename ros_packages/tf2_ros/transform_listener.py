@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import atexit
+import contextlib
 from threading import Thread
 from typing import Any
 
 from rclpy.callback_groups import ReentrantCallbackGroup
-from rclpy.executors import SingleThreadedExecutor
+from rclpy.executors import Executor, ExternalShutdownException, SingleThreadedExecutor
 from rclpy.node import Node
 from rclpy.qos import DurabilityPolicy, HistoryPolicy, QoSProfile
 from tf2_msgs.msg import TFMessage
@@ -14,6 +16,7 @@ from tf2_py import TransformException
 
 from tf2_ros.buffer import Buffer
 
+_PATIENCE = 5.0  # [s] for a callback that runs at the end
 DEFAULT_TF_TOPIC, DEFAULT_STATIC_TF_TOPIC = "/tf", "/tf_static"
 
 
@@ -46,8 +49,10 @@ class TransformListener:
         if spin_thread:
             self.executor = SingleThreadedExecutor(context=node.context)
             self.executor.add_node(node)
-            self.dedicated_listener_thread = Thread(target=self.executor.spin, daemon=True)
-            self.dedicated_listener_thread.start()
+            thread = Thread(target=_spin, args=(self.executor,), daemon=True)
+            self.dedicated_listener_thread = thread
+            thread.start()
+            atexit.register(_end, self.executor, thread)
 
     def unregister(self) -> None:
         self.node.destroy_subscription(self.tf_sub)
@@ -66,3 +71,15 @@ class TransformListener:
                 take(transform, "default_authority")
             except TransformException as error:
                 self.node.get_logger().warning(f"passed over: {error}", once=True)
+
+
+def _spin(executor: Executor) -> None:
+    """Spin until the executor, or all of ROS, is shut down."""
+    with contextlib.suppress(ExternalShutdownException):
+        executor.spin()
+
+
+def _end(executor: Executor, thread: Thread) -> None:
+    """End a thread before the interpreter does: within the middleware that aborts the program."""
+    executor.shutdown()
+    thread.join(_PATIENCE)

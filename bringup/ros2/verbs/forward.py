@@ -1,13 +1,10 @@
-"""The commands that hand all their words on: `ros2 run`, `doctor`."""
+"""The programs of `ros2 run` and what they take of its words; `ros2 doctor`."""
 
 from __future__ import annotations
 
 import argparse
 import importlib
 import os
-import re
-import shlex
-import shutil
 import signal
 import sys
 import time
@@ -17,12 +14,8 @@ from functools import partial
 from pathlib import Path
 from typing import NoReturn
 
-from arjuna_core.errors import nearest
-from arjuna_core.files.input_file import head_of
 from arjuna_core.files.shipped import environment_folders
 from bringup.parameters.files import load_parameters
-from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.python_file import run_file
 from bringup.ros2.verbs.remedies import remedy_of
 from bringup.stack import NAV2_PROGRAMS
 from bringup.stack import PROGRAMS as ROBOT_PROGRAMS
@@ -177,6 +170,9 @@ _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
 _MOCK = f"{_PROGRAMS}.mock_hardware"
 _RELAYS = f"{_PROGRAMS}.relays"
+_ROSBRIDGE = "bringup.ros2.rosbridge.bridge"
+TAKES_ALL = (_GAZEBO, _BRIDGE, _MOCK, _RELAYS, _ROSBRIDGE)
+"""Programs that read ROS' own words themselves; of others rclpy does."""
 
 
 # What `ros2 run PACKAGE EXECUTABLE` runs
@@ -192,6 +188,9 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("foxglove_bridge", "foxglove_bridge"): _foxglove,
+    ("rosapi", "rosapi_node"): partial(_nothing, why="rosbridge_websocket answers for rosapi"),
+    ("rosbridge_server", "rosbridge_websocket"): _ROSBRIDGE,
+    ("rosbridge_server", "rosbridge_websocket.py"): _ROSBRIDGE,  # its name before Humble
     ("nav2_map_server", "map_saver_cli"): _save_map,
     ("nav2_util", "lifecycle_bringup"): f"{_PROGRAMS}.lifecycle_bringup",
     **{
@@ -258,57 +257,6 @@ def module_of(command: str) -> str:
     return "bringup.ros2.main" if command == "run" else "bringup"
 
 
-def below(prefix: list[str], words: list[str]) -> None:
-    """Become a program that runs another, as a debugger does; without one, do nothing.
-
-    Raises:
-        Ros2Error: It is not installed.
-    """
-    ours = [sys.executable, "-m", "bringup.ros2.main", "run"]
-    if prefix and not shutil.which(prefix[0]):
-        raise Ros2Error(f"--prefix: there is no program '{prefix[0]}'")
-    if prefix:
-        os.execvp(prefix[0], [*prefix, *ours, *words])  # noqa: S606 - what the user asked for
-
-
-def run(words: list[str]) -> int:
-    """Run a program of a package, or a file of Python, below a `--prefix` where one is given."""
-    option, sign, prefix = "".join(words[:1]).partition("=")
-    if option == "--prefix" and len(words) > 2:
-        prefix, words = (prefix, words[1:]) if sign else (words[1], words[2:])
-        below(shlex.split(prefix), words)
-    if not words or words[0] in ("-h", "--help"):
-        print(
-            "usage: ros2 run [-h] [--prefix PREFIX] package_name executable_name ...\n"
-            "       ros2 run FILE.py ...\n"
-        )
-        print("\n".join(f"  {package} {name}" for package, name in sorted(PROGRAMS)))
-        return 0 if words else 2
-    if words[0].endswith(".py"):
-        run_file(Path(words[0]), words[1:])
-        return 0
-    package, name = words[0], "".join(words[1:2])
-    own = executables_of(package)
-    if name in own:
-        become(own[name], words[2:])
-    if package not in {known for known, _ in PROGRAMS} and not own:
-        valid = nearest(package, {known for known, _ in PROGRAMS})
-        valid = f"{valid}; 'ros2 run FILE.py' runs a file; {remedy(package)}"
-        raise Ros2Error(f"Package '{package}' not found; {valid}")
-    if (package, name) not in PROGRAMS:
-        valid = nearest(name, {*own, *(known for other, known in PROGRAMS if other == package)})
-        raise Ros2Error(f"No executable found; {valid}")
-    program = PROGRAMS[package, name]
-    if isinstance(program, str):
-        module, _, function = program.partition(":")
-        all_words = module in (_GAZEBO, _BRIDGE, _MOCK, _RELAYS)  # of others rclpy reads ROS' own
-        given = words[2:] if all_words else ros_arguments(words[2:]).own
-        getattr(importlib.import_module(module), function or "main")(given)
-    else:
-        program(words[2:])
-    return 0
-
-
 def executables_of(package: str) -> dict[str, Path]:
     """Return the executables of a package of one's own: those of sourced workspaces."""
     found: dict[str, Path] = {}
@@ -319,22 +267,6 @@ def executables_of(package: str) -> dict[str, Path]:
             if path.is_file() and os.access(path, os.X_OK):
                 found.setdefault(path.name, path)
     return found
-
-
-def become(path: Path, words: list[str]) -> NoReturn:
-    """Become a program; one of Python runs in this environment.
-
-    Raises:
-        Ros2Error: It is of ROS 1.
-    """
-    text = head_of(path, 65536)
-    if text.startswith(b"#!") and re.search(rb"^\s*(import|from)\s+rospy\b", text, re.MULTILINE):
-        raise Ros2Error(
-            f"{path} is of ROS 1 (it imports rospy); docs/coming-from-ros1.md has ROS 2's"
-        )
-    folder = str(Path(sys.executable).parent)
-    os.environ["PATH"] = os.pathsep.join([folder, os.environ.get("PATH", os.defpath)])
-    os.execv(path, [str(path), *words])  # noqa: S606 - what the user asked for
 
 
 def remedy(package: str) -> str:

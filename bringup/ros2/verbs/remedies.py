@@ -19,6 +19,8 @@ REMEDIES = {
     **dict.fromkeys(_DRIVERS.split(), _DRIVER),
     "cartographer_ros": "'ros2 launch slam_toolbox online_async_launch.py' maps",
     "rtabmap_slam": "'ros2 launch slam_toolbox online_async_launch.py' maps, in 2D",
+    "nav2_simple_commander": "its demos are of worlds of their own: 'ros2 run FILE.py' runs what"
+    " imports it, beside 'arjuna nav'",
     "rosbag2_transport": "'ros2 bag record' and 'ros2 bag play' do the same",
     "rqt_gui": "'arjuna view' has plots and nodes",
     "rqt_graph": "'arjuna view --foxglove' serves Foxglove, whose panel Topic Graph draws it",

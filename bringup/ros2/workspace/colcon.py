@@ -20,6 +20,7 @@ from arjuna_core.errors import ArjunaError, nearest
 from arjuna_core.files.input_file import read_text
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.main import become_real
+from bringup.ros2.prefix import prefix_folder
 from bringup.ros2.workspace.cmake import read_cmake
 from bringup.ros2.workspace.packages import SITE, Package, packages_below
 from bringup.ros2.workspace.testing import run_tests, show_results
@@ -224,6 +225,7 @@ def _cmake(package: Package, prefix: Path, linked: bool) -> list[str]:
 
 _SETUP = """# Puts the packages of this workspace before those of its environment.
 _prepend() {{ eval "case :\\$$1: in *:$2:*) ;; *) export $1=$2\\${{$1:+:\\$$1}} ;; esac"; }}
+_append() {{ eval "case :\\$$1: in *:$2:*) ;; *) export $1=\\${{$1:+\\$$1:}}$2 ;; esac"; }}
 for _package in "{0}"/*/share/ament_index/resource_index/packages; do
   _prefix="${{_package%/share/ament_index/resource_index/packages}}"
   _prepend AMENT_PREFIX_PATH "$_prefix"
@@ -232,8 +234,10 @@ for _package in "{0}"/*/share/ament_index/resource_index/packages; do
   [ -d "$_prefix/bin" ] && _prepend PATH "$_prefix/bin"
 done
 {3}_prepend PATH "{2}"
+_append AMENT_PREFIX_PATH "{4}"
+_append AMENT_PREFIX_PATH "{5}"
 unset _package _prefix
-unset -f _prepend
+unset -f _prepend _append
 """
 
 
@@ -245,7 +249,8 @@ def _write_setup(install: Path) -> None:
         for line in read_text(path).splitlines():
             _, name, folder = line.split(";")
             hooks += f'_prepend {name} "{path.parents[3] / folder}"\n'
-    text = _SETUP.format(install, SITE, Path(sys.executable).parent, hooks)
+    programs = Path(sys.executable).parent
+    text = _SETUP.format(install, SITE, programs, hooks, prefix_folder(), sys.prefix)
     for name in ("setup", "local_setup"):
         for shell in ("sh", "bash", "zsh"):
             (install / f"{name}.{shell}").write_text(text, encoding="utf-8")

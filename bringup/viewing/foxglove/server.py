@@ -9,12 +9,14 @@ import queue
 import socket
 import struct
 import threading
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator, Sequence
+from http import HTTPStatus
 from ipaddress import ip_address
 from typing import Any
 
 from websockets.asyncio.server import ServerConnection, serve
 from websockets.exceptions import ConnectionClosed
+from websockets.http11 import Request, Response
 from websockets.typing import Subprotocol
 
 from arjuna_core.errors import ArjunaError
@@ -75,18 +77,31 @@ class Client:
 class Server:
     """Accepts clients in a thread of its own.
 
+    Args:
+        subprotocols: One of them is spoken; none: clients name none.
+        refused: Takes the origin of a page that may not connect, in that thread.
+
     Raises:
         BridgeError: The address is taken, or not this machine's.
     """
 
-    def __init__(self, host: str, port: int) -> None:
+    def __init__(
+        self,
+        host: str,
+        port: int,
+        subprotocols: Sequence[str] = SUBPROTOCOLS,
+        refused: Callable[[str], None] = lambda origin: None,
+    ) -> None:
+        self._subprotocols = [Subprotocol(name) for name in subprotocols] or None
+        self._refused = refused
         self._received: queue.SimpleQueue[tuple[Client, str | bytes | bool]] = queue.SimpleQueue()
         self._loop = asyncio.new_event_loop()
         try:
             self._server = self._loop.run_until_complete(self._serve(host, port))
-        except OSError as error:
+        except (OSError, OverflowError) as error:  # the latter of a port that is none
             self._loop.close()
-            raise BridgeError(f"'{host}' port {port} cannot be served: {error.strerror}") from error
+            reason = getattr(error, "strerror", None) or error
+            raise BridgeError(f"'{host}' port {port} cannot be served: {reason}") from error
         self.port: int = next(iter(self._server.sockets)).getsockname()[1]
         self._thread = threading.Thread(target=self._loop.run_forever, daemon=True)
         self._thread.start()
@@ -99,11 +114,16 @@ class Server:
         return await serve(
             *(self._talk, host, port),
             origins=[None, OF_THIS_MACHINE, OF_FOXGLOVE] if own else None,  # None: no browser
-            subprotocols=[Subprotocol(name) for name in SUBPROTOCOLS],
+            subprotocols=self._subprotocols,
             compression=None,
             max_size=_LARGEST,
             logger=log,
+            process_response=self._note_refused,
         )
+
+    def _note_refused(self, _: ServerConnection, request: Request, response: Response) -> None:
+        if response.status_code == HTTPStatus.FORBIDDEN:
+            self._refused(request.headers.get("Origin", ""))
 
     async def _talk(self, connection: ServerConnection) -> None:
         client = Client(connection, self._loop)

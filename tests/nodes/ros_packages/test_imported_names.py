@@ -35,10 +35,18 @@ _NAMES = {
     "sensor_msgs_py.point_cloud2": "PointCloud2 PointField Header np",
     "rosbag2_py._compression_options": "CompressionMode CompressionOptions",
     "rosbag2_py._info": "Info",
+    "rosbag2_py": "bag_rewrite convert_rclcpp_qos_to_rclpy_qos to_rclcpp_qos_vector",
+    "rosbag2_py._message_definitions": "LocalMessageDefinitionSource",
     "rosbag2_py._reader": "SequentialReader SequentialCompressionReader",
     "rosbag2_py._reindexer": "Reindexer",
-    "rosbag2_py._storage": "StorageOptions ConverterOptions StorageFilter TopicMetadata",
-    "rosbag2_py._transport": "Player PlayOptions Recorder RecordOptions",
+    "rosbag2_py._storage": (
+        "StorageOptions ConverterOptions StorageFilter TopicMetadata QoS Duration "
+        "rmw_qos_durability_policy_t rmw_qos_history_policy_t rmw_qos_liveliness_policy_t "
+        "rmw_qos_reliability_policy_t convert_rclcpp_qos_to_rclpy_qos to_rclcpp_qos_vector"
+    ),
+    "rosbag2_py._transport": (
+        "Player PlayOptions Recorder RecordOptions ServiceRequestsSource bag_rewrite"
+    ),
     "rosbag2_py._writer": "SequentialWriter SequentialCompressionWriter",
 }
 

@@ -5,14 +5,18 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from contextlib import closing
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 from launch_testing.tools import basic_output_filter, expect_output, output
 from launch_testing.tools.text import normalize_lineseps
+from launch_testing_ros import DataRepublisher
+from std_msgs.msg import String
 
 from arjuna_core.files.shipped import shipped_file
+from tests.helpers.ros import RosBench
 
 PAGE = shipped_file("docs/ci.md").read_text(encoding="utf-8")
 HEAD = """
@@ -267,3 +271,18 @@ def test_tools_have_the_modules_of_the_original(tmp_path: Path) -> None:
         output.expected_output_from_file(str(tmp_path / "nothing"))
     drop = basic_output_filter(filtered_prefixes=output.get_default_filtered_prefixes())
     assert drop("pid 1\nkept\n") == "kept\n"
+
+
+def test_messages_are_changed_or_dropped_between_two_topics() -> None:
+    with closing(RosBench()) as ros:
+        changes = {"drop": None, "take": String(data="taken")}
+        between = DataRepublisher(ros.node, "/in", "/out", String, lambda m: changes[m.data])
+        heard = ros.collect(String, "/out")
+        for word in changes:
+            ros.publish(String, "/in", String(data=word))
+        assert [each.data for each in heard] == ["taken"]
+        assert (between.get_num_received(), between.get_num_republished()) == (2, 1)
+        assert [each.data for each in between.get_republished()] == ["take"]
+        between.shutdown()
+        ros.publish(String, "/in", String(data="take"))
+        assert between.get_num_received() == 2

@@ -5,6 +5,7 @@ from __future__ import annotations
 import subprocess
 import sys
 import threading
+from collections.abc import Sequence
 from datetime import timedelta
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from rclpy.qos import DurabilityPolicy, QoSProfile
 from rclpy.serialization import deserialize_message, serialize_message
 from rosbag2_py import ReadOrder, ReadOrderSortBy, StorageFilter, StorageOptions
 from rosbags import rosbag2
+from rosbags.interfaces import ConnectionExtRosbag2
 from std_msgs.msg import String
 
 KIND = "std_msgs/msg/String"
@@ -70,7 +72,8 @@ def test_a_recording_is_described(tmp_path: Path) -> None:
     reader.open(StorageOptions(str(folder)), OPTIONS)
     (topic, _) = reader.get_all_topics_and_types()
     assert (topic.name, topic.type, topic.serialization_format) == ("/even", KIND, "cdr")
-    assert topic.offered_qos_profiles[0].durability == DurabilityPolicy.TRANSIENT_LOCAL
+    profile = rosbag2_py.convert_rclcpp_qos_to_rclpy_qos(topic.offered_qos_profiles[0])
+    assert profile.durability == DurabilityPolicy.TRANSIENT_LOCAL
     (definition,) = reader.get_all_message_definitions()
     assert definition.encoded_message_definition.rstrip().endswith("string data")
 
@@ -176,3 +179,108 @@ def test_player_bursts_and_recordings_that_are_none_are_refused(tmp_path: Path) 
     chosen = rosbag2_py.RecordOptions(all_topics=True)
     with pytest.raises(RuntimeError, match="exists"):
         rosbag2_py.Recorder("error").record(StorageOptions(str(words)), chosen)
+
+
+def _described(folder: Path) -> list[tuple[str, int, str, str, int]]:
+    """Return what others read of a recording: its topics, and the first offer of each."""
+    with rosbag2.Reader(folder) as theirs:
+        found = [(each, each.ext) for each in theirs.connections]
+    offers = [
+        (each, ext.offered_qos_profiles[0])
+        for each, ext in found
+        if isinstance(ext, ConnectionExtRosbag2)
+    ]
+    return [
+        (each.topic, each.msgcount, offer.reliability.name, offer.durability.name, offer.depth)
+        for each, offer in offers
+    ]
+
+
+def test_offers_are_given_as_rclcpp_s_and_read_as_such(tmp_path: Path) -> None:
+    """As programs write latched topics, and as those that copy topics take them over."""
+    storage = rosbag2_py._storage
+    volatile = storage.rmw_qos_durability_policy_t.RMW_QOS_POLICY_DURABILITY_VOLATILE
+    text = "- {history: 1, depth: 7, reliability: 1, durability: 1}"
+    scans = storage.QoS(history_depth=5).best_effort().durability(volatile)
+    scans.deadline(storage.Duration(seconds=1, nanoseconds=0))
+    offers: dict[str, Sequence[storage.QoS] | str] = {
+        "/tf_static": [storage.QoS(1).keep_last(3).reliable().transient_local()],
+        "/scan": [scans],
+        "/old": text,
+    }
+    writer = rosbag2_py.SequentialWriter()
+    writer.open(StorageOptions(str(tmp_path / "first")), OPTIONS)
+    for name, given in offers.items():
+        writer.create_topic(rosbag2_py.TopicMetadata(0, name, KIND, "cdr", given))
+        writer.write(name, serialize_message(String(data=name)), SECOND)
+    writer.remove_topic(rosbag2_py.TopicMetadata(name="/old", type=KIND))
+    with pytest.raises(RuntimeError, match="'/old' has not been created yet"):
+        writer.write("/old", b"", SECOND)
+    writer.close()
+    reader = rosbag2_py.SequentialReader()
+    reader.open_uri(str(tmp_path / "first"))
+    copy = rosbag2_py.SequentialWriter()
+    copy.open(StorageOptions(str(tmp_path / "second"), "sqlite3"), OPTIONS)
+    for topic in reader.get_all_topics_and_types():
+        copy.create_topic(topic)
+    while reader.has_next():
+        copy.write(*reader.read_next())
+    copy.close()
+    expected = [
+        ("/old", 1, "RELIABLE", "TRANSIENT_LOCAL", 7),
+        ("/scan", 1, "BEST_EFFORT", "VOLATILE", 5),
+        ("/tf_static", 1, "RELIABLE", "TRANSIENT_LOCAL", 3),
+    ]
+    assert sorted(_described(tmp_path / "first")) == expected
+    assert sorted(_described(tmp_path / "second")) == expected
+    (read,) = storage.to_rclcpp_qos_vector(text, 8)
+    assert read == storage.QoS(7).reliable().transient_local()
+
+
+def test_metadata_is_read_changed_and_written(tmp_path: Path) -> None:
+    folder = write(tmp_path / "bag", rosbag2_py.SequentialWriter())
+    files = rosbag2_py.MetadataIo()
+    assert files.metadata_file_exists(str(folder))
+    metadata = files.read_metadata(str(folder))
+    before = (folder / "metadata.yaml").read_text()
+    assert files.serialize_metadata(metadata) == before
+    (folder / "bag_0.mcap").rename(folder / "drive.mcap")
+    metadata.files[0].path, metadata.custom_data = "drive.mcap", {"site": "lab"}
+    files.write_metadata(str(folder), metadata)
+    again = files.read_metadata(str(folder))
+    assert (again.relative_file_paths, again.custom_data) == (["drive.mcap"], {"site": "lab"})
+    assert again.message_count == 10
+    with pytest.raises(RuntimeError, match=r"metadata\.yaml does not exist"):
+        files.read_metadata(str(tmp_path))
+    with pytest.raises(RuntimeError, match="cannot be written"):
+        files.write_metadata("/proc/none", metadata)
+
+
+def test_recordings_are_rewritten_by_a_file_of_outputs(tmp_path: Path) -> None:
+    write(tmp_path / "bag", rosbag2_py.SequentialWriter())
+    outputs = tmp_path / "outputs.yaml"
+    outputs.write_text(f"output_bags: [{{uri: {tmp_path}/odd, topics: [/odd]}}]")
+    rosbag2_py.bag_rewrite([StorageOptions(str(tmp_path / "bag"), "mcap")], str(outputs))
+    assert [each[:2] for each in _described(tmp_path / "odd")] == [("/odd", 5)]
+    with pytest.raises(RuntimeError, match="exists already"):
+        rosbag2_py.bag_rewrite([StorageOptions(str(tmp_path / "bag"))], str(outputs))
+
+
+def test_options_have_no_other_names_than_theirs() -> None:
+    """Those of before Jazzy count; one that would have no effect is an error."""
+    options = rosbag2_py.RecordOptions()
+    options.all, options.exclude = True, "raw"
+    assert (options.all_topics, options.exclude_regex) == (True, "raw")
+    assert (options.all, options.exclude) == (True, "raw")
+    for made in (options, rosbag2_py.PlayOptions(), StorageOptions("bag")):
+        with pytest.raises(AttributeError, match="no attribute 'all_topic'"):
+            setattr(made, "all_topic", True)  # noqa: B010 - a name that types forbid
+
+
+def test_definitions_of_installed_types_are_found() -> None:
+    found = rosbag2_py.LocalMessageDefinitionSource()
+    definition = found.get_full_text(KIND)
+    assert (definition.topic_type, definition.encoding) == (KIND, "ros2msg")
+    assert definition.encoded_message_definition.rstrip().endswith("string data")
+    unknown = found.get_full_text("some_pkg")
+    assert (unknown.encoding, unknown.encoded_message_definition) == ("unknown", "")

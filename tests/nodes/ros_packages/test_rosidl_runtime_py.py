@@ -7,6 +7,7 @@ from collections import OrderedDict
 import pytest
 from geometry_msgs.msg import PoseArray, PoseStamped, Twist
 from rosidl_runtime_py import (
+    get_interface_path,
     get_message_interfaces,
     message_to_csv,
     message_to_ordereddict,
@@ -30,6 +31,7 @@ def test_interfaces_are_found_by_their_types_names() -> None:
     assert is_service(get_service("std_srvs/srv/SetBool"))
     assert is_action(get_action("nav2_msgs/action/NavigateToPose"))
     assert "msg/Twist" in get_message_interfaces(["geometry_msgs"])["geometry_msgs"]
+    assert get_interface_path("geometry_msgs/msg/Twist").endswith("/geometry_msgs/msg/Twist.msg")
     with pytest.raises(ValueError, match="'geometry_msgs/msg/Twst' is no such interface; valid: "):
         get_message("geometry_msgs/msg/Twst")
 

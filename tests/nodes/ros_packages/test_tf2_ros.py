@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import subprocess
+import sys
 import threading
 from collections.abc import Callable, Iterator
 
@@ -249,3 +251,21 @@ def test_without_a_buffer_elsewhere_a_question_times_out(bench: Bench) -> None:
     client = BufferClient(bench.listener, "nobody", timeout_padding=Duration(seconds=0.1))
     with pytest.raises(TimeoutException, match="no answer from nobody within"):
         client.lookup_transform("map", "base", Time())
+
+
+@pytest.mark.parametrize("last", ["rclpy.shutdown()", "node.destroy_node()", ""])
+def test_a_program_whose_listener_has_a_thread_ends_well(last: str) -> None:
+    """Whatever it does last: the thread ended with a traceback, or all of it with an abort."""
+    program = (
+        "import rclpy, tf2_ros\n"
+        "rclpy.init()\n"
+        "node = rclpy.create_node('listening')\n"
+        "buffer = tf2_ros.Buffer()\n"
+        "listener = tf2_ros.TransformListener(buffer, node, spin_thread=True)\n"
+        "buffer.can_transform('a', 'b', rclpy.time.Time(), rclpy.duration.Duration(seconds=0.3))\n"
+        f"{last}\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", program], capture_output=True, text=True, check=False
+    )
+    assert (done.returncode, done.stderr) == (0, "")

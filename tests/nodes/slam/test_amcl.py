@@ -69,6 +69,18 @@ def test_map_to_odom_is_broadcast_with_each_scan_dated_ahead(room: Room) -> None
     assert seconds(newest.header.stamp) == pytest.approx(room.robot.now + 0.5)
 
 
+def test_map_to_odom_covers_two_periods_of_slow_scans(room: Room) -> None:
+    """Else a program that transforms an odometry's pose would fail before each next scan."""
+    started(room, transform_tolerance=0.01)
+    room.drive(6)
+    newest = room.transforms[-1]
+    assert seconds(newest.header.stamp) == pytest.approx(room.robot.now + 2.0 * DT)
+    room.robot.now += 10.0  # as after an outage: no further ahead than Nav2 dates it
+    room.drive(1)
+    ahead = seconds(room.transforms[-1].header.stamp) - room.robot.now
+    assert ahead == pytest.approx(1.0)
+
+
 @pytest.mark.parametrize("how", ["on the topic", "before the map", "by the service"])
 def test_an_initial_pose_is_where_it_starts(room: Room, how: str) -> None:
     started(room, with_map=how != "before the map", global_localization_at_start="never")

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from nav_msgs.msg import OccupancyGrid
 from nav_msgs.srv import GetMap
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.parameter import Parameter
@@ -95,6 +96,19 @@ def test_a_map_that_is_the_same_is_published_again_where_asked(robot: Robot, alw
     before = len(robot.maps)
     robot.bench.advance(5.0)
     assert len(robot.maps) - before == (5 if always else 0)
+
+
+def test_who_asks_for_no_latched_map_gets_it_at_its_interval(robot: Robot) -> None:
+    """As programs that explore do: `create_subscription(OccupancyGrid, '/map', callback, 10)`."""
+    started(robot, map_update_interval=1.0)
+    robot.drive(5)
+    robot.call(Pause, "pause_new_measurements")
+    robot.bench.advance(1.5)
+    heard = robot.bench.collect(OccupancyGrid, "/map", qos.DEFAULT)
+    assert heard == []
+    robot.bench.advance(3.0)
+    assert len(heard) == 3
+    assert heard[0].data == robot.maps[-1].data
 
 
 def test_mapping_stops_for_localization_and_continues(robot: Robot) -> None:

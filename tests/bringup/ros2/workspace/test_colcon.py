@@ -27,7 +27,7 @@ MANIFEST = """<package format="3"><name>{0}</name>{1}
 def source(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     (tmp_path / "src").mkdir()
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / ".cache"))
     monkeypatch.delenv("AMENT_PREFIX_PATH", raising=False)
     return tmp_path / "src"
 
@@ -331,3 +331,28 @@ def test_tests_are_run_and_their_results_listed(
     (source / "tested/test/program.py").write_text("raise SystemExit(3)")
     assert colcon([*failing, "tested"]) == 1
     assert "1 package had test failures: tested" in capfd.readouterr().out
+
+
+def test_programs_find_the_packages_that_pkg_prefix_finds(
+    source: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """By `ros2 run` of a package or a file, and as Python runs a file in a sourced workspace."""
+    folder = _create(source, "my_robot", "--node-name", "hello")
+    text = (
+        "from ament_index_python.packages import get_package_share_directory\n"
+        "def main():\n"
+        "    for name in ('my_robot', 'nav2_bringup', 'nav_msgs'):\n"
+        "        print(get_package_share_directory(name))\n"
+    )
+    _write(folder, {"my_robot/hello.py": text})
+    _write(source.parent, {"hello.py": f"{text}main()\n"})
+    assert colcon(["build"]) == 0
+    installed = _sourced("ros2 run my_robot hello")
+    assert installed.splitlines()[0] == f"{source.parent}/install/my_robot/share/my_robot"
+    assert "/share/nav2_bringup\n" in installed
+    assert _sourced("python hello.py") == installed
+    (source.parent / "hello.py").write_text(text.replace("my_robot", "rclpy"))
+    monkeypatch.setenv("AMENT_PREFIX_PATH", "")
+    capsys.readouterr()
+    assert ros2(["run", "hello.py"]) == 0
+    assert "/share/nav2_bringup\n" in capsys.readouterr().out
