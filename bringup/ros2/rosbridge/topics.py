@@ -100,6 +100,8 @@ class Subscriptions:
                 self._open(topic, heard.kind, heard.listeners)
 
     def _pass_on(self, topic: str, message: Any) -> None:
+        if topic not in self._topics:  # it came before the last listener left
+            return
         now, text = time.monotonic(), json.dumps(to_json(message))
         for (client, _), listener in self._topics[topic].listeners.items():
             if now >= listener.due:
