@@ -169,6 +169,7 @@ class PathFollower:
         self._gap_pose = SE2(math.inf)
         self._failing_since: float | None = None
         self._escape_tried = self._path_changed = self._cancelled = self._has_driven = False
+        self._stopping = False
         self.speed_limit, self._last = math.inf, STILL
         self.wanted: frozenset[str] = frozenset()
 
@@ -221,7 +222,7 @@ class PathFollower:
             pose, velocity = pose @ SE2(self._axle), replace(velocity, y=0.0)
         if self._path_changed and not self._escape.leads_to(self.controller.path, costmap):
             self._escape.reset()
-            self._escape_tried = False
+            self._escape_tried = self._stopping = False
         self._path_changed = False
         if self._escape.in_gap and pose.distance(self._gap_pose) > self._config.gap_progress:
             self._progress.reset()  # it is slow
@@ -324,16 +325,18 @@ class PathFollower:
             command = self._escaping(pose, velocity, costmap, now)
             return control if command is None else ControlResult(ControlStatus.SUCCEEDED, command)
         self._has_driven |= control.status is ControlStatus.SUCCEEDED
-        if control.status is not ControlStatus.NO_VALID_CONTROL:
-            if control.velocity.x != 0.0:  # a turn alone leads nowhere
-                self._escape_tried = False
+        valid = control.status is not ControlStatus.NO_VALID_CONTROL
+        if valid and control.velocity.x != 0.0:  # a turn alone leads nowhere
+            self._escape_tried = self._stopping = False
+        if valid and not self._stopping:
             return control
         reach = self._footprint.circumscribed_radius + self._config.moving_obstacle_distance
         if costmap.moves_within(pose.x, pose.y, reach):
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         if self._escape_tried or not self._config.escape.enabled:
             return control
-        if self._brakes(velocity):  # the escape begins at rest
+        self._stopping = self._brakes(velocity)
+        if self._stopping:  # the escape begins at rest
             return ControlResult(ControlStatus.SUCCEEDED, STILL, control.message)
         self._escape_tried = True  # once: the next tick's search would find no more
         if escape.begin(pose, path, costmap):

@@ -173,7 +173,7 @@ def test_failures_are_counted_again_after(between: str) -> None:
     else:
         followed.follower.start(PATH, 0.2)
         followed.script.answer = BLOCKED
-    followed.tick(0.25, velocity=Velocity(0.1))
+    followed.tick(0.25, velocity=Velocity(0.3))
     assert followed.tick(0.45).state is FollowState.RUNNING
     assert followed.tick(0.56).state is FollowState.FAILED
 
@@ -326,6 +326,23 @@ def test_an_escape_begins_once_the_robot_has_braked() -> None:
     braking = followed.tick(0.0, velocity=Velocity(0.3))
     assert (braking.state, braking.velocity) == (FollowState.RUNNING, STILL)
     assert followed.tick(0.1).velocity != STILL
+
+
+def test_a_robot_that_brakes_for_an_escape_goes_on_but_does_not_turn_meanwhile() -> None:
+    own: dict[str, Any] = {"escape.enabled": True}
+    followed, turn = Followed(**own), Velocity(yaw_rate=0.4)
+    followed.script.answer = BLOCKED
+    followed.tick(0.0, velocity=Velocity(0.3))
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, turn)
+    assert followed.tick(0.1, velocity=Velocity(0.3)).velocity == STILL
+    assert followed.tick(0.2).velocity not in (STILL, turn)
+    followed = Followed(**own)
+    followed.script.answer = BLOCKED
+    followed.tick(0.0, velocity=Velocity(0.3))
+    followed.script.answer = DRIVES
+    assert followed.tick(0.1, velocity=Velocity(0.3)).velocity == ON
+    followed.script.answer = ControlResult(ControlStatus.SUCCEEDED, turn)
+    assert followed.tick(0.2, velocity=Velocity(0.3)).velocity == turn
 
 
 @pytest.mark.parametrize("axle", [-0.4, 0.2])
