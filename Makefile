@@ -1,8 +1,8 @@
 # `make demo` or `make test` on a fresh clone sets up first; see CONTRIBUTING.md.
 PYTHON ?= python3
 VENV := .venv/bin/python
-# Half as many again as cores: what runs in real time, by one of them, waits for most of its time.
-WORKERS = $(shell expr $$(nproc) \* 3 / 2)
+# Twice as many as cores: what runs in real time, by one of them, waits for most of its time.
+WORKERS = $(shell expr $$(nproc) \* 2)
 export ROS_AUTOMATIC_DISCOVERY_RANGE ?= LOCALHOST
 # These two belong to another environment, where one is active.
 unexport _ROS_WHEELS_BOOTSTRAP_COMPLETE PYTHONHOME
