@@ -106,10 +106,18 @@ class ObstacleLayer(SensedLayer):
 
     def warning(self) -> str:
         for name, height in self._outside.items():
-            low, high = self.sources[name].heights
+            of_source, of_layer = self.sources[name].heights, self._heights
+            unused = not of_source[0] <= height <= of_source[1]
+            low, high = of_source if unused else of_layer
+            what = "are not used:" if unused else "mark nothing: the layer's"
             limits = f"min_obstacle_height is {low:g}, max_obstacle_height {high:g}"
-            return f"scans of '{name}', {height:.1f} m high, are not used: {limits}"
+            return f"scans of '{name}', {height:.1f} m high, {what} {limits}"
         return ""
+
+    @property
+    def _heights(self) -> tuple[float, float]:
+        """The heights of what marks [m]."""
+        return self.config.min_obstacle_height, self.config.max_obstacle_height
 
     def start(self, now: float) -> None:
         super().start(now)
@@ -171,12 +179,13 @@ class ObstacleLayer(SensedLayer):
 
     def _is_used(self, source: str, seen: Observation) -> bool:
         """Return whether a scan lies between its source's heights; of clouds, points count."""
-        low, high = self.sources[source].heights
-        if isinstance(seen, PlacedScan) and seen.is_planar and not low <= seen.height <= high:
-            self._outside[source] = seen.height
-            return False
         self._outside.pop(source, None)
-        return True
+        if not (isinstance(seen, PlacedScan) and seen.is_planar):
+            return True
+        (low, high), (lowest, highest) = self.sources[source].heights, self._heights
+        if not max(low, lowest) <= seen.height <= min(high, highest):
+            self._outside[source] = seen.height
+        return low <= seen.height <= high
 
     def _follow(self, source: str, seen: Observation, new: bool) -> tuple[Ints, Ints] | None:
         """Follow what moves in a scan; return the free cells in which it is, far from the robot."""
@@ -236,11 +245,11 @@ class ObstacleLayer(SensedLayer):
         self, seen: Observation, source: SourceConfig, clearing: bool, marking: bool
     ) -> None:
         """Clear along the rays of an observation, mark their ends, or both in this order."""
-        config, frame = self.config, self.master.frame
+        frame = self.master.frame
         if isinstance(seen, PlacedCloud) or not seen.is_planar:
             self._enter_cloud(seen, source, clearing, marking)
             return
-        high_enough = config.min_obstacle_height <= seen.height <= config.max_obstacle_height
+        low, high = self._heights
         T_grid_sensor = frame.origin.inverse() @ seen.T_global_sensor
         enter_scan(
             self.data,
@@ -250,7 +259,7 @@ class ObstacleLayer(SensedLayer):
             seen.reading.angles,
             np.array(ranges_of(seen.reading, source)) / frame.resolution,
             clearing,
-            marking and high_enough,
+            marking and low <= seen.height <= high,
         )
 
     def _enter_cloud(
@@ -313,6 +322,6 @@ class ObstacleLayer(SensedLayer):
     def _limits(self, source: SourceConfig) -> Floats:
         """Return what bounds clearing and marking, in cells as `enter_points` takes it."""
         edge, bottom = self._edges
-        heights = np.array([self.config.min_obstacle_height, self.config.max_obstacle_height])
+        heights = np.array(self._heights)
         cells = np.array([*source.ranges, edge]) / self.master.frame.resolution
         return np.concatenate((cells[:4], (heights - bottom) / edge, cells[4:]))

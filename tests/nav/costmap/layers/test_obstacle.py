@@ -295,6 +295,17 @@ def test_scans_that_are_too_high_are_said() -> None:
     assert layered.group.warning() == ""
 
 
+def test_scans_that_are_too_high_for_the_layer_mark_nothing_and_that_is_said() -> None:
+    for height, cost, said in (
+        (0.25, LETHAL, ""),
+        (0.3, FREE, "seen: scans of 's', 0.3 m high, mark nothing: the layer's min_obst"),
+    ):
+        layered = one_lidar("ObstacleLayer", {"max_obstacle_height": 0.5}, max_obstacle_height=0.25)
+        see(layered, 0.0, beam(1.02, height))
+        assert layered.costmap.cost_at(1.02, 0.0) == cost
+        assert layered.group.warning()[: len(said) or None] == said
+
+
 def test_a_layer_that_is_off_changes_nothing_and_is_never_silent() -> None:
     layered = one_lidar("ObstacleLayer", {"expected_update_rate": 0.5}, enabled=False)
     see(layered, 0.0, beam(1.02))
