@@ -12,7 +12,6 @@ from launch.events.process import ProcessEvent, ProcessExited, ProcessIO
 Record = TypeVar("Record", bound=ProcessEvent)
 NO_CMD_ARGS = object()
 """The `cmd_args` of a process that has none."""
-_SHOWN = 5  # lines of output in a message
 
 
 class NoMatchingProcessException(Exception):
@@ -109,7 +108,7 @@ class IoHandler(Records[ProcessIO]):
         if not self.waitFor(expected_output, process, cmd_args, **how):
             chosen = "any process" if process is None else f"'{name_of(process)}'"
             stream = how.get("stream", "stderr")
-            last = self.text(self.processes(), stream).splitlines()[-_SHOWN:]
+            last = self.text(self.processes(), stream).splitlines()[-5:]
             raise AssertionError(
                 f"{expected_output!r} did not come from {chosen} on {stream} within"
                 f" {how.get('timeout', 10.0):g} s; the last lines there: {last}"

@@ -39,7 +39,6 @@ _OWN = {
 _SERVICE = re.compile(r"(?P<name>[^@]+)@(?P<type>[^@]+/srv/[^@]+)(@.+)?")
 _SERVICES = ("SpawnEntity", "DeleteEntity", "SetEntityPose", "ControlWorld")
 """Types of ros_gz_interfaces' services that the simulator answers by any name."""
-_LOOKS = 120  # at the graph, two a second, before what is not found is named
 _DIRECTIONS = {"[": "GZ_TO_ROS", "]": "ROS_TO_GZ", "@": "BIDIRECTIONAL"}
 
 
@@ -191,7 +190,7 @@ def main(words: list[str]) -> None:
                 print("nothing to do: the simulator publishes ROS's topics itself", flush=True)
             looks += 1
             lacking = [t.gz for t in waiting if not _is_there(client.node, t.ros, t.direction)]
-            if lacking and looks == _LOOKS:
+            if lacking and looks == 120:  # a minute of them
                 print(f"not here yet: {', '.join(lacking)}", flush=True)
             for relay in relays:
                 relay.look()

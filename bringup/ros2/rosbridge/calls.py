@@ -20,7 +20,6 @@ from bringup.ros2.types import interface_class
 from bringup.viewing.foxglove.server import Client
 
 _THERE = 1.0  # [s] in which a service that is there is found
-_TURNS = 8  # of the executor, in which the last answers of a service are sent
 
 
 def _named(message: Any) -> dict[str, Any]:
@@ -133,7 +132,7 @@ class Served:
             return
         for number in [each for each, asked in self._asked.items() if asked[0] == name]:
             self._asked.pop(number)[2].set_result(None)
-        for _ in range(_TURNS):
+        for _ in range(8):  # turns of the executor, in which the last answers are sent
             self.step()
         self._node().destroy_service(self._served.pop(name)[1])
 

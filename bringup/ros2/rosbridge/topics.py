@@ -21,9 +21,6 @@ from bringup.ros2.rosbridge.values import filled, to_json
 from bringup.ros2.types import interface_class
 from bringup.viewing.foxglove.server import Client
 
-_MEETING = 1.0  # [s] for which a new publisher keeps its messages for whom it has not met yet
-_DEPTH = 100
-
 
 def absolute(name: str) -> str:
     """Return a name as the graph has it."""
@@ -162,10 +159,10 @@ class Publications:
         topic = absolute(str(message["topic"]))
         kind = type_of(self._node, topic, message.get("type"))
         self._drop((client, topic))
-        depth = int(message.get("queue_size") or _DEPTH)
+        depth = int(message.get("queue_size") or 100)  # rosbridge's own
         profile = qos.LATCHED if message.get("latch") else QoSProfile(depth=depth)
         handle = self._node.create_publisher(kind, topic, profile)
-        meets_by = time.monotonic() + _MEETING
+        meets_by = time.monotonic() + 1.0  # [s] in which it meets who is there
         self._publishers[client, topic] = _Publisher(kind, handle, meets_by)
 
     def publish(self, client: Client, message: Any) -> None:

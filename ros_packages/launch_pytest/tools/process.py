@@ -11,8 +11,6 @@ from typing import Any, TypeVar
 
 T = TypeVar("T")
 
-_LOOK = 0.02  # [s] from one look to the next
-
 
 def _fulfilled(text: Callable[[], str], validate: Callable[[str], Any]) -> Callable[[], bool]:
     """Return whether a text fulfils a function, which returns False or raises if not; as a call."""
@@ -31,7 +29,7 @@ def _wait(is_there: Callable[[], bool], timeout: float | None) -> bool:
     while not is_there():
         if time.monotonic() > deadline:
             return is_there()
-        never.wait(_LOOK)
+        never.wait(0.02)  # [s] to the next look
     return True
 
 
