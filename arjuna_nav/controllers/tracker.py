@@ -30,7 +30,7 @@ class TrackerConfig:
     """Parameters of driving planned trajectories, into goals and out of tight spots."""
 
     lookahead_time: float = duration_param(0.6, "Time to the pose that is steered to.")
-    min_lookahead: float = length_param(0.15, "Least distance of that pose.", minimum=0.02)
+    min_lookahead: float = length_param(0.05, "Least distance of that pose.", minimum=0.02)
     deceleration: float = param(0.5, "Braking before a stop.", unit="m/s^2", minimum=0.01)
     min_speed: float = speed_param(0.04, "Speed that the wheels still hold.", minimum=0.001)
     max_angular_velocity: float = yaw_rate_param(1.2, "Greatest yaw rate.", minimum=0.05)
