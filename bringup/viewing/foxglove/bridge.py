@@ -14,17 +14,15 @@ from collections.abc import Callable
 from typing import Any
 
 from rclpy.context import Context
-from rclpy.experimental.events_executor import EventsExecutor
-from rclpy.node import Node
 from rosgraph_msgs.msg import Clock
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import MESH_BYTES_MAX, read_bytes
 from arjuna_core.ros import qos
-from arjuna_core.ros.context import new_context
 from bringup.viewing.drawing.visual_model import find_mesh
 from bringup.viewing.foxglove.channels import Channels, Publications
 from bringup.viewing.foxglove.connection_graph import ConnectionGraph
+from bringup.viewing.foxglove.graph_server import MALFORMED, GraphServer
 from bringup.viewing.foxglove.parameters import Parameters
 from bringup.viewing.foxglove.server import ERROR, Client, Server
 from bringup.viewing.foxglove.service_calls import ServiceCalls
@@ -38,10 +36,9 @@ _ASSET = re.compile(
     re.IGNORECASE,
 )
 """The files that foxglove_bridge gives out unless told otherwise: pictures, meshes and robots."""
-_MALFORMED = (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError)
 
 
-class Bridge:
+class Bridge(GraphServer):
     """Serves a robot to Foxglove.
 
     Args:
@@ -52,21 +49,15 @@ class Bridge:
     """
 
     def __init__(self, host: str, port: int = PORT, context: Context | None = None) -> None:
-        self._server = Server(host, port)
-        self._session = str(time.time_ns())
-        self._owned = context is None
-        self._context = context or new_context()
-        node = Node("foxglove_bridge", context=self._context, start_parameter_services=False)
-        self._node, self._executor = node, EventsExecutor(context=self._context)
-        self._executor.add_node(node)
-        self._clients: list[Client] = []
+        server = Server(host, port)
+        super().__init__(server, "foxglove_bridge", context, start_parameter_services=False)
+        node, self._session = self._node, str(time.time_ns())
         self._channels = Channels(node, self._clients)
         self._publications = Publications(node)
         self._parameters = Parameters(node, Services(node))
         self._calls = ServiceCalls(node, self._clients)
         self._graph = ConnectionGraph(node)
         self._clock: Any = None
-        self._refresh_due = 0.0
         self._texts: dict[str, Callable[[Client, Any], None]] = {
             "subscribe": self._channels.subscribe,
             "unsubscribe": self._channels.unsubscribe,
@@ -85,33 +76,12 @@ class Bridge:
             2: self._calls.call,
         }
 
-    @property
-    def port(self) -> int:
-        """The port that is served."""
-        return self._server.port
+    def _refresh(self) -> None:
+        for part in (self._channels, self._calls, self._graph):
+            part.refresh()
 
-    def step(self, refresh: float = 1.0, busy: float = 0.02, idle: float = 0.2) -> None:
-        """Pass on what comes, in both directions.
-
-        Args:
-            refresh: Period between two looks at the graph [s].
-            busy: Longest wait for a message while somebody listens [s].
-            idle: The same while nobody does [s].
-        """
-        now = time.monotonic()
-        if now >= self._refresh_due:
-            self._refresh_due = now + refresh
-            for part in (self._channels, self._calls, self._graph):
-                part.refresh()
-        for client, message in self._server.take():
-            if message is True:
-                self._greet(client)
-            elif message is False:
-                self._forget(client)
-            else:
-                self._handle(client, message)
+    def _tick(self) -> None:
         self._parameters.tick()
-        self._executor.spin_once(timeout_sec=busy if self._clients else idle)
 
     def _greet(self, client: Client) -> None:
         timed = self._node.count_publishers("/clock") > 0
@@ -128,7 +98,6 @@ class Bridge:
             metadata={"ROS_DISTRO": "jazzy"},
             sessionId=self._session,
         )
-        self._clients.append(client)
         self._channels.greet(client)
         self._calls.greet(client)
 
@@ -140,19 +109,17 @@ class Bridge:
                 client.send_binary(2, "Q", now)
 
     def _forget(self, client: Client) -> None:
-        self._clients.remove(client)
         for part in (self._channels, self._publications, self._parameters, self._graph):
             part.forget(client)
 
     def _handle(self, client: Client, message: str | bytes) -> None:
-        """Do what a client's message asks for; what makes no sense is answered with why."""
         try:
             if isinstance(message, bytes):
                 self._binaries[message[0]](client, message[1:])
             else:
                 fields = json.loads(message)
                 self._texts[fields["op"]](client, fields)
-        except (*_MALFORMED, struct.error) as error:
+        except (*MALFORMED, struct.error) as error:
             client.send_status(ERROR, f"Invalid message: {type(error).__name__}: {error}")
 
     def _fetch(self, client: Client, message: Any) -> None:
@@ -170,11 +137,3 @@ class Bridge:
         text = problem.encode()
         head = message["requestId"], bool(text), len(text)
         client.send_binary(4, "IBI", *head, data=text + data)
-
-    def close(self) -> None:
-        """Disconnect the clients and leave the graph."""
-        self._server.close()
-        self._node.destroy_node()
-        self._executor.shutdown()
-        if self._owned:
-            self._context.shutdown()
