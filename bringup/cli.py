@@ -131,10 +131,9 @@ def run(arguments: argparse.Namespace) -> int:
         return int(arguments.run(arguments))
     except ArjunaError as error:
         sys.stderr.write(f"error: {error}\n")
+    except ModuleNotFoundError as error:
+        sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
     except (KeyboardInterrupt, ImportError) as error:
-        if isinstance(error, ModuleNotFoundError):
-            sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
-            return REFUSED
         if not interrupted(error):
             raise
         sys.stderr.write("\nstopped\n")

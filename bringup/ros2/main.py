@@ -70,10 +70,9 @@ def _guarded(words: list[str]) -> int:
         return code
     except ArjunaError as error:
         sys.stderr.write(f"{error}\n")
+    except ModuleNotFoundError as error:
+        sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
     except (KeyboardInterrupt, ImportError) as error:
-        if isinstance(error, ModuleNotFoundError):
-            sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
-            return FAILED
         if not interrupted(error):
             raise
         return 0 if words[:1] == ["run"] else INTERRUPTED  # a node ends in order, as C++'s do
