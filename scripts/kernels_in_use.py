@@ -132,7 +132,7 @@ def _drive_demo() -> None:
     from bringup.terminal import Progress
 
     with tempfile.TemporaryDirectory() as folder:
-        near, loop = (SE2(1.0, 1.0),), 52.0  # by then the graph has a loop to close
+        near, loop = (SE2(1.0, 1.0),), 75.0  # by then the graph has a loop to close
         options = DemoOptions(0, Path(folder), shipped_parameters(), near, explore_time=loop)
         Demo(options, Progress()).run()
 

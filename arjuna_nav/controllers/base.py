@@ -200,8 +200,7 @@ class TrackedPath:
     def within(self, distance: float) -> Floats:
         """Return the beginning of the part ahead, two poses at least where there are two [m]."""
         ahead = self.part
-        along = np.cumsum(np.hypot(*np.diff(ahead[:, :2], axis=0).T))
-        return ahead[: max(1 + int(np.searchsorted(along, distance, side="right")), 2)]
+        return ahead[: max(int(paths.along(ahead).searchsorted(distance, side="right")), 2)]
 
 
 class PathController:

@@ -28,10 +28,14 @@ def shifted(path: Floats, distance: float) -> Floats:
     return np.column_stack((path[:, :2] + distance * heading, path[:, 2]))
 
 
+@njit(cache=True)
 def along(path: Floats) -> Floats:
     """Return how far along a path each of its poses lies, `(N,) float64` [m]."""
-    steps = path[1:] - path[:-1]
-    return np.concatenate(([0.0], np.cumsum(np.hypot(steps[:, 0], steps[:, 1]))))
+    reached = np.zeros(len(path))
+    for i in range(1, len(path)):
+        step = math.hypot(path[i, 0] - path[i - 1, 0], path[i, 1] - path[i - 1, 1])
+        reached[i] = reached[i - 1] + step
+    return reached
 
 
 def turns(path: Floats) -> Ints:

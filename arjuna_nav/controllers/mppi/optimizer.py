@@ -149,7 +149,8 @@ class Optimizer:
         """Return the controls a time [s] ahead, and move on by it."""
         for axis in self._axes:
             axis.sequence = _later(axis.sequence, time / self._config.model_dt)
-            axis.history = np.append(axis.history[1:], axis.sequence[0])
+            axis.history[:-1] = axis.history[1:]
+            axis.history[-1] = axis.sequence[0]
         x, yaw_rate, *side = (float(axis.sequence[0]) for axis in self._axes)
         return Velocity(x, y=side[0] if side else 0.0, yaw_rate=yaw_rate)
 

@@ -96,8 +96,19 @@ def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:
 
 def path_seen(path: Floats, pose: SE2) -> Array:
     """Return a path `(N, 3)` in the frame of the robot at a pose."""
-    seen = np.column_stack((pose.inverse().apply(path[:, :2]), path[:, 2] - pose.theta))
-    return seen.astype(np.float32)
+    seen: Array = _seen(path, (pose.x, pose.y, pose.theta))
+    return seen
+
+
+@njit(cache=True)
+def _seen(path: Floats, pose: tuple[float, float, float]) -> Array:
+    seen = np.empty(path.shape, np.float32)
+    c, s = math.cos(pose[2]), math.sin(pose[2])
+    for i in range(len(path)):
+        x, y = path[i, 0] - pose[0], path[i, 1] - pose[1]
+        seen[i, 0], seen[i, 1] = c * x + s * y, c * y - s * x
+        seen[i, 2] = path[i, 2] - pose[2]
+    return seen
 
 
 @njit(cache=True)
