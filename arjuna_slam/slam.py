@@ -24,7 +24,6 @@ from arjuna_slam.matching.surface import Surface, extract
 from arjuna_slam.matching.tracking import Tracker
 from arjuna_slam.pose_tracker import PoseTracker, SlamUpdate
 
-_AT_START = Match(MatchStatus.MATCHED, IDENTITY, np.zeros((3, 3)), 1.0)
 _VAGUE = np.diag([4.0, 4.0, 10.0])  # information of a start that no scan confirms: 0.5 m, 0.3 rad
 
 
@@ -36,7 +35,7 @@ class Forgotten(NamedTuple):
 
 
 class Slam(PoseTracker):
-    """Builds a map in the frame of the robot's first pose, and the trajectory in it.
+    """Builds a map in the frame that odometry has at the first scan, and the trajectory in it.
 
     Attributes:
         forgotten: What the last scan made it forget; None for nothing.
@@ -168,7 +167,7 @@ class Slam(PoseTracker):
         self._resumed = ReferenceMap(self._config, session), start
 
     def _start(self, scan: Scan, surface: Surface, T_odom_base: SE2) -> SlamUpdate | None:
-        """Begin the local map: at the map's origin, or where the scan lies on a session's map."""
+        """Begin the local map: where odometry is, or where the scan lies on a session's map."""
         found = self._locate_first(surface, T_odom_base)
         if found is None:
             return None
@@ -188,7 +187,7 @@ class Slam(PoseTracker):
     def _locate_first(self, surface: Surface, T_odom_base: SE2) -> Match | None:
         """Return where the first scan lies in map, or None if it has to be looked for further."""
         if self._resumed is None:
-            return _AT_START
+            return Match(MatchStatus.MATCHED, T_odom_base, np.zeros((3, 3)), 1.0)
         reference, start = self._resumed
         if start.kind is StartKind.ODOMETRY:
             self._resumed = None

@@ -88,18 +88,21 @@ class SilenceWatch:
     def __init__(self, node: ManagedNode, topic: str, of: Silence) -> None:
         self._node, self._of = node, of
         self._topic = node.resolve_topic_name(node.process.absolute(topic))
-        self._silent = 0
+        self._silent, self._said = 0, False
         period = 1.0  # [s] between two looks
         node.every(period, self._look)
 
     def received(self) -> None:
         """Note that a message has come."""
-        self._silent = 0
+        self._silent, self._said = 0, False
 
     def _look(self) -> None:
         self._silent += 1
         silent = 4  # looks without a message
-        if self._silent == silent and (not self._of.rare or self._is_elsewhere()):
+        if self._silent < silent or self._said:
+            return
+        if not self._of.rare or self._is_elsewhere():
+            self._said = True
             reason = why_silent(self._node, self._topic, self._of)
             log = self._node.get_logger()
             log.warning(f"no {self._of.what} comes on '{self._topic}': {reason}")

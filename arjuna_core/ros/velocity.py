@@ -17,6 +17,7 @@ from arjuna_core.twist import STILL, Velocity
 
 _twist = maker(Twist, "linear.x", "linear.y", "angular.z")
 _STAMPED = "geometry_msgs/msg/TwistStamped"
+_TYPES = {False: "geometry_msgs/msg/Twist", True: _STAMPED}
 
 
 def listeners(node: Node, topic: str) -> list[str]:
@@ -60,6 +61,67 @@ def subscribe_velocity(
             )
 
     node.subscribe(TwistStamped if stamped else Twist, topic, take, qos.LATEST)
+
+
+class VelocityInput:
+    """Listens to commands as Twist or TwistStamped: as what alone is published on their topic.
+
+    Args:
+        node: Of a managed node, made in its `configure`.
+        topic: Of the commands.
+        stamped: Whether it listens to TwistStamped at first.
+        take: Called with each message, of either type.
+        profile: The subscription's quality of service.
+    """
+
+    def __init__(
+        self,
+        node: ManagedNode,
+        topic: str,
+        stamped: bool,
+        take: Callable[[Any], None],
+        profile: Any = qos.LATEST,
+    ) -> None:
+        self._node, self._topic, self._stamped = node, topic, stamped
+        self._take, self._profile = take, profile
+        self._warned = False
+        self._subscription: Any = self._listen()
+        node.every(2.0, self._check_type)  # [s] between two looks at who publishes
+
+    def rename(self, topic: str) -> None:
+        """Listen to another topic."""
+        if self._subscription is not None:
+            self._node.unsubscribe(self._subscription)
+        self._topic = topic
+        self._subscription = self._listen()
+
+    def _listen(self) -> Any:
+        kind = TwistStamped if self._stamped else Twist
+        return self._node.subscribe(kind, self._topic, self._take, self._profile)
+
+    def _check_type(self) -> None:
+        """Listen to the other type where that alone is published; warn once where both are.
+
+        A participant knows a topic by one type: the old subscription ends a check before the new.
+        """
+        if self._subscription is None:
+            self._subscription = self._listen()
+            return
+        node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
+        name = node.resolve_topic_name(node.process.absolute(self._topic))
+        senders = {one.topic_type: one.node_name for one in node.get_publishers_info_by_topic(name)}
+        if other not in senders:
+            return
+        if listened not in senders:
+            node.unsubscribe(self._subscription)
+            self._stamped, self._subscription = not self._stamped, None
+            node.get_logger().info(f"{self._topic}: '{senders[other]}' sends {other}: it is taken")
+        elif not self._warned:
+            self._warned = True
+            node.get_logger().warning(
+                f"'{senders[other]}' publishes {self._topic} as {other}, but {listened}, which"
+                f" '{senders[listened]}' publishes, is listened to"
+            )
 
 
 class VelocityOutput:

@@ -17,6 +17,7 @@ from arjuna_core.config import duration_param, fixed, param, speed_param, yaw_ra
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, seconds, velocity_from_twist
 from arjuna_core.ros.goal_server import GoalError, GoalNode, chosen, result_timeout
+from arjuna_core.ros.silence import Silence, subscribe_watched
 from arjuna_core.ros.tf import TransformError
 from arjuna_core.ros.velocity import VelocityOutput
 from arjuna_core.se2 import SE2
@@ -93,7 +94,8 @@ class ControllerServerNode(GoalNode):
         self._plan_out = self.publisher(Path, "received_global_plan", qos.LATEST)
         plugins = [getattr(config, name) for name in config.controller_plugins]
         self._display = ControllerDisplay(self, plugins)
-        self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.DEFAULT)
+        of = Silence(Odometry, "odometry message", qos.DEFAULT, "set odom_topic", rare=True)
+        subscribe_watched(self, config.odom_topic, of, self._on_odometry)
         self.subscribe(SpeedLimit, config.speed_limit_topic, self._on_speed_limit, qos.DEFAULT)
         self._server = self.offer(
             FollowPath, "follow_path", self._on_goal, on_cancel=self._on_cancel

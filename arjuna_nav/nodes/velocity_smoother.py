@@ -11,6 +11,7 @@ from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds, velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.silence import Silence, subscribe_watched
 from arjuna_core.ros.velocity import VelocityOutput, subscribe_velocity
 from arjuna_core.twist import RecentVelocities, Velocity
 from arjuna_nav.safety.velocity_smoother import SmoothingConfig, VelocitySmoother
@@ -54,7 +55,9 @@ class VelocitySmootherNode(ManagedNode):
         self._output = VelocityOutput(self, stamped, topic=config.cmd_vel_out_topic)
         subscribe_velocity(self, config.cmd_vel_in_topic, stamped, self._on_command, self._on_stamp)
         if config.feedback == "CLOSED_LOOP":
-            self.subscribe(Odometry, config.odom_topic, self._on_odometry, qos.SENSOR_SUBSCRIPTION)
+            profile, advice = qos.SENSOR_SUBSCRIPTION, "set odom_topic"
+            of = Silence(Odometry, "odometry message", profile, advice, rare=True)
+            subscribe_watched(self, config.odom_topic, of, self._on_odometry)
         self._smoothing = self.guarded("carry_on", self._smooth_if_due)
         self.every(1.0 / config.smoothing_frequency, self._carry_on)
 

@@ -4,11 +4,9 @@ from __future__ import annotations
 
 from typing import Any
 
-from geometry_msgs.msg import Twist, TwistStamped
-
-from arjuna_core.ros import qos
 from arjuna_core.ros.convert import velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.velocity import VelocityInput
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.devices.sensors.camera import CameraSettings
@@ -19,8 +17,6 @@ from arjuna_sim.nodes.robot_topics import ContactTopic, RobotTopics
 from arjuna_sim.nodes.sensor_topics import SensorTopics
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.stage import Stage
-
-_TYPES = {False: "geometry_msgs/msg/Twist", True: "geometry_msgs/msg/TwistStamped"}
 
 
 class RobotInterface:
@@ -36,7 +32,6 @@ class RobotInterface:
     ) -> None:
         self._node, self._robot = node, robot
         self._command: Velocity | None = None
-        self._warned = False
         self._truth = config.publish_ground_truth
         self.topics = RobotTopics(node, robot.model, config)
         sensors = self.topics.settings.sensors
@@ -49,10 +44,8 @@ class RobotInterface:
         self._joints = self._joint_topics() if robot.model.settings.controllers else []
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
-        self._stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
-        self._commands = self._listen()
-        # [s] between two checks for publishers of the wrong type.
-        node.every(2.0, self._check_command_type)
+        stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
+        self._commands = VelocityInput(node, self._topic, stamped, self._on_command)
 
     def begin(self, now: float) -> None:
         """Publish the pose of the world at a time [s]."""
@@ -86,51 +79,17 @@ class RobotInterface:
         """Give a topic of the drive another name; return whether it is one."""
         absolute = self._node.process.absolute
         if absolute(topic) == absolute(self._topic):
-            if self._commands is not None:
-                self._node.unsubscribe(self._commands)
             self._topic = other
-            self._commands = self._listen()
+            self._commands.rename(other)
             return True
         return self.topics.rename_odometry(topic, other)
 
-    def _listen(self) -> Any:
-        if self._stamped:
-            return self._node.subscribe(TwistStamped, self._topic, self._on_stamped, qos.LATEST)
-        return self._node.subscribe(Twist, self._topic, self._on_twist, qos.LATEST)
-
-    def _on_stamped(self, message: Any) -> None:
-        self._on_twist(message.twist)
-
-    def _on_twist(self, message: Any) -> None:
-        command = velocity_from_twist(message)
+    def _on_command(self, message: Any) -> None:
+        command = velocity_from_twist(getattr(message, "twist", message))
         if command.is_finite:
             self._command = command
         else:
             self._node.get_logger().warning(f"{self._topic} ignored: {command} must be finite")
-
-    def _check_command_type(self) -> None:
-        """Listen to the other type where that alone is published; warn once where both are.
-
-        A participant knows a topic by one type: the old subscription ends a check before the new.
-        """
-        if self._commands is None:
-            self._commands = self._listen()
-            return
-        node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
-        published = node.get_publishers_info_by_topic(node.process.absolute(self._topic))
-        senders = {info.topic_type: info.node_name for info in published}
-        if other not in senders:
-            return
-        if listened not in senders:
-            node.unsubscribe(self._commands)
-            self._stamped, self._commands = not self._stamped, None
-            node.get_logger().info(f"{self._topic}: '{senders[other]}' sends {other}: it is taken")
-        elif not self._warned:
-            self._warned = True
-            node.get_logger().warning(
-                f"'{senders[other]}' publishes {self._topic} as {other}, but {listened}, which"
-                f" '{senders[listened]}' publishes, is listened to"
-            )
 
     def _joint_topics(self) -> list[Any]:
         # Their messages take a quarter of a second to import, which most robots do not need.

@@ -119,7 +119,8 @@ class RobotTopics:
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
         robot = robot.standard() if config.standard_topics else robot
-        settings, self.drive = robot.settings, robot.drive
+        settings, drive = robot.settings, robot.drive
+        self.drive = drive.as_in_gazebo() if config.frames_of_file else drive
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)

@@ -80,7 +80,8 @@ class SimConfig(SimulatorConfig):
     frames_of_file: bool = fixed(
         False,
         "Whether sensors have the frames that the robot's file names, as in Gazebo, rather than"
-        " ones where they are: for a robot_state_publisher of yours, which knows no others.",
+        " ones where they are: for a robot_state_publisher of yours, which knows no others. Drives"
+        " of Gazebo Classic whose file names no source have odometry of the world then, as there.",
     )
     transform_rate: float = fixed(
         10.0,

@@ -77,6 +77,8 @@ def let_pass(spec: Any, entities: Collection[Entity]) -> None:
 
 def add_fixture(spec: Any, fixture: Fixture, moving: Collection[str]) -> None:
     """Add the site of a world's sensor, to its model where that is one of the entities."""
+    if spec.site(fixture.settings.site) is not None:
+        return  # a lidar of several rows is two sensors in one place
     carried = fixture.model in moving
     body = spec.body(body_name(fixture.model)) if carried else spec.worldbody
     T = fixture.T_model if carried else fixture.T_world

@@ -123,7 +123,7 @@ def test_scans_swept_while_the_robot_moves_are_deskewed(
             given = dataclasses.replace(scan, time_increment=increment)
             update = slam.process(given, here, motion)
             assert update is not None
-            gaps.append((_on_a_bend(0.0) @ update.T_map_base).distance(here))
+            gaps.append(update.T_map_base.distance(here))
         worst.append(max(gaps))
     assert worst[1] < limit
     assert worst[1] < 0.6 * worst[0]
@@ -140,7 +140,19 @@ def test_reset_starts_over(log: Log) -> None:
     assert slam.trajectory() == []
     update = slam.process(log[3][0], log[3][1])
     assert update is not None
-    assert update.T_map_base == SE2()
+    assert update.T_map_base == log[3][1]
+
+
+def test_a_map_s_frame_is_that_of_odometry_at_the_first_scan(log: Log) -> None:
+    """As slam_toolbox's: a map made where odometry does not begin at 0 has its coordinates."""
+    T_new_old = SE2(-7.0, 12.0, 2.0)
+    begun, moved = Slam(), Slam()
+    for scan, odometry, _ in log[:30]:
+        update, other = begun.process(scan, odometry), moved.process(scan, T_new_old @ odometry)
+        assert update is not None
+        assert other is not None
+        assert (T_new_old @ update.T_map_base).distance(other.T_map_base) < 0.02
+    assert moved.trajectory()[0][1] == T_new_old @ log[0][1]
 
 
 def test_lifelong_mapping_keeps_its_size_and_its_map_true() -> None:

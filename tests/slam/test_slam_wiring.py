@@ -77,7 +77,7 @@ def turned(covariance: Floats, angle: float) -> Floats:
 def test_poses_follow_matches_with_covariances_in_map(monkeypatch: pytest.MonkeyPatch) -> None:
     scripted = Scripted()
     monkeypatch.setattr(slam, "Tracker", lambda *_: scripted)
-    mapper, expected, last = Slam(CONFIG), IDENTITY, None
+    mapper, expected, last = Slam(CONFIG), next(drive())[1], None
     turns = set()
     for k, (scan, odometry) in enumerate(drive()):
         update = mapper.process(scan, odometry)

@@ -149,7 +149,7 @@ def measure(log: Log, walls: Floats, slam: Slam | None = None) -> Figures:
         slam: The mapper; one with its defaults if None.
     """
     slam = slam or Slam()
-    T_world_map = log[0][2]
+    T_world_map = log[0][2] @ log[0][1].inverse()
     errors = []
     for scan, odometry, truth in log:
         update = slam.process(scan, odometry)

@@ -29,6 +29,8 @@ _FILE = re.compile(
     r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"
     r"([-_]system)?(\.so)?"
 )
+_CLASSIC = re.compile(r"gazebo[-_]ros[-_]")
+"""In the names of Gazebo Classic's plugins; its drives take the true pose unless told otherwise."""
 _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
@@ -226,6 +228,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         RobotError: A value is invalid.
     """
     label = f"plugin '{_name(plugin)}'"
+    source = text_of(plugin, "odometrysource").lower()
     linear, angular = (plugin.find(f"{part}_velocity") for part in ("linear", "angular"))
     if linear is None and angular is None:  # else TrackedVehicle's, which limits no part unnamed
         linear = angular = plugin
@@ -240,7 +243,8 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         odometry_topic=topic(plugin, "odom", "odom", "odometrytopic", "odomtopic"),
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom").lstrip("/"),
         base_frame=text_of(plugin, "robotbaseframe", "childframeid").lstrip("/"),
-        from_world=text_of(plugin, "odometrysource").lower() in ("1", "world"),
+        from_world=source in ("1", "world"),
+        is_classic=not source and bool(_CLASSIC.search(plugin.get("filename", ""))),
         stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
     )

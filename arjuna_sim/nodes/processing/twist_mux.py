@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -13,7 +13,9 @@ from std_msgs.msg import Bool
 from arjuna_core.config import duration_param, fixed, param
 from arjuna_core.plugins import names_below, with_configs
 from arjuna_core.ros import qos
+from arjuna_core.ros.convert import header
 from arjuna_core.ros.node import ManagedNode
+from arjuna_core.ros.velocity import VelocityInput
 
 
 @dataclass(frozen=True)
@@ -39,7 +41,11 @@ class Sources:
 class TwistMuxConfig:
     """Parameters of `twist_mux`; each source and each lock adds its own."""
 
-    use_stamped: bool = fixed(True, "Whether velocities are TwistStamped.")
+    use_stamped: bool = fixed(
+        True,
+        "Whether velocities are TwistStamped; a source that publishes the other type alone is taken"
+        " as that.",
+    )
     topics: Sources = field(default_factory=Sources)
     locks: Sources = field(default_factory=Sources)
 
@@ -85,25 +91,13 @@ class TwistMuxNode(ManagedNode):
         self._sources = _of(config.topics)
         self._locks = _of(config.locks)
         for source in self._sources.values():
-            self._hear(kind, source, self._pass)
+            take = self._taking(source, self._pass)
+            VelocityInput(self, source.config.topic, config.use_stamped, take, qos.DEFAULT)
         for lock in self._locks.values():
-            self._hear(Bool, lock, lambda source: None)
+            take = self._taking(lock, lambda source: None)
+            self.subscribe(Bool, lock.config.topic, take, qos.DEFAULT)
         if not self._sources:
             self.get_logger().warning("no source: topics.NAME.topic, .timeout, .priority name them")
-        self._unheard: set[str] = set()
-        self.every(2.0, self._warn_of_types)  # [s] from one look at their types to the next
-
-    def _warn_of_types(self) -> None:
-        """Warn once of each source whose publishers are all of the other type."""
-        wanted = "TwistStamped" if self.config.use_stamped else "Twist"
-        for topic in {one.config.topic for one in self._sources.values()} - self._unheard:
-            name = self.resolve_topic_name(self.process.absolute(topic))
-            sent = {one.topic_type for one in self.get_publishers_info_by_topic(name)}
-            if sent and f"geometry_msgs/msg/{wanted}" not in sent:
-                self._unheard.add(topic)
-                flag = str(not self.config.use_stamped).lower()
-                text = f"'{topic}' is not heard: it is of {', '.join(sorted(sent))}"
-                self.get_logger().warning(f"{text}, not {wanted}; set use_stamped to {flag}")
 
     def on_config(self, config: Any) -> None:
         """Take new priorities and time-outs."""
@@ -112,16 +106,27 @@ class TwistMuxNode(ManagedNode):
             for name, own in getattr(config, part).named().items():
                 known[name].config = own
 
-    def _hear(self, kind: Any, source: _Source, then: Any) -> None:
+    def _taking(self, source: _Source, then: Callable[[_Source], None]) -> Callable[[Any], None]:
         def take(message: Any) -> None:
             source.message, source.came = message, self.now
             then(source)
 
-        self.subscribe(kind, source.config.topic, take, qos.DEFAULT)
+        return take
 
     def _pass(self, source: _Source) -> None:
         if source is self._first():
-            self._out.publish(source.message)
+            self._out.publish(self._of_output(source.message))
+
+    def _of_output(self, message: Any) -> Any:
+        """Return a command as the type that is published."""
+        is_stamped = isinstance(message, TwistStamped)
+        if is_stamped == self.config.use_stamped:
+            return message
+        return (
+            message.twist
+            if is_stamped
+            else TwistStamped(header=header("", self.now), twist=message)
+        )
 
     def _first(self) -> _Source | None:
         """Return the source that passes now."""

@@ -7,6 +7,7 @@ import math
 import os
 import re
 import time
+from collections.abc import Collection
 from contextlib import closing
 from functools import partial
 from pathlib import Path
@@ -52,9 +53,9 @@ def serve(words: list[str]) -> None:
         if name.startswith("/"):  # a launch file's xacro may write it just now
             client.run_until(Path(name).is_file, _PATIENCE, required=False)
         world = world_of(name)
-        held = bool(robots_in(world))
+        held = robots_in(world)
         folder = own_folder("robot")  # as long as the simulator that this process becomes
-        spawn = partial(_spawn, wanted, client, folder.name)
+        spawn = partial(_spawn, wanted, client, folder.name, held)
         client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
         if not held:
             spawns = "'ros2 run ros_gz_sim create' spawns one"
@@ -62,18 +63,31 @@ def serve(words: list[str]) -> None:
         patience = _PUBLISHER_STARTS if LAUNCHED in os.environ else 0.0
         client.run_until(lambda: bool(wanted), patience if held else math.inf, required=False)
         if not wanted:
-            described = client.node.count_publishers("/robot_description")
-            wanted.append(["--without-description"] if described else [])
+            wanted.append(_of_world(client))
         client.pause(0.5)  # [s] in which the answer arrives
     arjuna("sim", ["--world", str(world), *wanted[0]])
 
 
 def _spawn(
-    wanted: list[list[str]], client: Client, folder: str, request: Any, response: Any
+    wanted: list[list[str]],
+    client: Client,
+    folder: str,
+    held: Collection[str],
+    request: Any,
+    response: Any,
 ) -> Any:
-    """Note how the simulator has to start for a robot, the first one that drives."""
+    """Note how the simulator has to start for a robot, the first one that drives.
+
+    One whose name a robot of the world has is that robot, as Gazebo makes no second one of a name.
+    """
     resource = request.entity_resource
+    response.entity_name = request.name
     problem = "it starts"  # who asks too early asks again, and overwrites no robot of another
+    if request.name in held:
+        print(f"'{request.name}' stands in the world's file: that one drives", flush=True)
+        wanted.append(_of_world(client))
+        response.result.result = Result.RESULT_OK
+        return response
     if not wanted:
         path = Path(resource.uri or _written(resource.resource_string, folder))
         problem = unfit(path)
@@ -88,8 +102,14 @@ def _spawn(
     described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
     own = ["--without-description"] if described or space else []
     wanted.append([*options, *(["--namespace", space] if space else []), *own])
-    response.result.result, response.entity_name = Result.RESULT_OK, request.name
+    response.result.result = Result.RESULT_OK
     return response
+
+
+def _of_world(client: Client) -> list[str]:
+    """Return the simulator's options for the robots of the world's file."""
+    described = client.node.count_publishers("/robot_description")
+    return ["--without-description"] if described else []
 
 
 def _as_tool(words: list[str]) -> None:

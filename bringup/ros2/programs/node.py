@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import sys
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NoReturn
@@ -45,6 +46,8 @@ def start(package: str, program: str, given: RosArguments) -> NoReturn:
     namespace = given.remapped.pop("__ns", "").strip("/")
     spec = replace(usual, name=name)
     values = _values(given, name)
+    for problem in _of_others(given, name, usual.name):
+        print(problem, file=sys.stderr, flush=True)
     if usual == ROBOT_STATE_PUBLISHER:
         if given.own:
             values["robot"] = str(Path(given.own.pop(0)).resolve())
@@ -92,3 +95,19 @@ def _values(given: RosArguments, name: str) -> dict[str, Any]:
             values |= own if node_of(section, [name]) == name else {}
     read = {k: t if k == _DESCRIPTION else plain(t) for k, t in given.parameters.items()}
     return {**values, **read}
+
+
+def _of_others(given: RosArguments, name: str, usual: str) -> Iterator[str]:
+    """Yield which files hold the parameters of such a node, but under another name.
+
+    Files of several nodes need not name each: of those only the usual name is looked for.
+    """
+    for path in given.files:
+        sections = of_file(Path(path)).values
+        named = [each for each in sections if each != EVERY_NODE]
+        if EVERY_NODE in sections or any(node_of(each, [name]) == name for each in named):
+            continue
+        theirs = [each for each in named if len(named) == 1 or node_of(each, [usual]) == usual]
+        if theirs:
+            other = f"its section is '{theirs[0]}'; give both one name"
+            yield f"{path}: nothing of it is taken, for this node is '{name}' and {other}"

@@ -10,6 +10,7 @@ from pathlib import Path
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_text
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.verbs.remedies import missing
 
 _DEFINES = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
@@ -34,9 +35,12 @@ def run_file(path: Path, words: list[str]) -> None:
         )
     sys.argv = [str(path), *words]
     sys.path.insert(0, str(path.parent.resolve()))
-    names_after = runpy.run_path(str(path), run_name="__main__")
-    if wants_main:
-        names_after["main"]()
+    try:
+        names_after = runpy.run_path(str(path), run_name="__main__")
+        if wants_main:
+            names_after["main"]()
+    except ModuleNotFoundError as error:
+        raise Ros2Error(missing(error)) from error
 
 
 def has_uncalled_main(tree: ast.Module) -> bool:

@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import re
+import traceback
 from collections.abc import Sequence
+from importlib.util import find_spec
 
 from arjuna_core.files.shipped import environment_folders
 
@@ -40,6 +43,18 @@ REMEDIES = {
     "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }
 """What to do instead, by the package that is not there."""
+PIP = {
+    "PIL": "pillow",
+    "RPi": "RPi.GPIO",
+    "cv2": "opencv-python",
+    "serial": "pyserial",
+    "skimage": "scikit-image",
+    "sklearn": "scikit-learn",
+    "usb": "pyusb",
+    "yaml": "pyyaml",
+}
+"""Names by which pip knows modules of other names."""
+_MESSAGES = re.compile(r"\w+_(msgs|interfaces?|srvs|actions)")
 
 
 def remedy_of(package: str, programs: Sequence[str]) -> str:
@@ -51,3 +66,24 @@ def remedy_of(package: str, programs: Sequence[str]) -> str:
     if programs:
         return f"of it there is 'ros2 run {package} {'|'.join(programs)}'"
     return "programs of C++ are built by ROS's own tools"
+
+
+def missing(error: ModuleNotFoundError) -> str:
+    """Return which module a program of one's own lacks, and what to do."""
+    module, place = str(error.name), ""
+    lines = [each for each in traceback.extract_tb(error.__traceback__) if each.filename[0] != "<"]
+    if lines:
+        place = f"{lines[-1].filename}, line {lines[-1].lineno}: "
+    return f"{place}the module '{module}' is not installed; {module_remedy(module)}"
+
+
+def module_remedy(module: str) -> str:
+    """Return what to do where a program imports a module that is not there."""
+    package, _, part = module.partition(".")
+    if part and find_spec(package) is not None:
+        return f"'{package}' has no such part: its file, or a folder in setup.py's packages, lacks"
+    if package in REMEDIES:
+        return REMEDIES[package]
+    if _MESSAGES.fullmatch(package):
+        return "'colcon build' builds messages of a workspace, 'arjuna messages FOLDER' any"
+    return f"'pip install {PIP.get(package, package)}' may bring it; of your own: {REMEDIES['']}"

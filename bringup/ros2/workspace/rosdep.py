@@ -16,6 +16,7 @@ from arjuna_core.errors import ArjunaError
 from bringup.ros2.main import become_real
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.verbs.forward import PROGRAMS, remedy
+from bringup.ros2.verbs.remedies import PIP
 from bringup.ros2.workspace.packages import Package, packages_below
 
 _BUILD = re.compile(
@@ -110,4 +111,6 @@ def _module(key: str) -> str:
 
 def _remedy(key: str) -> str:
     name = re.sub(r"^python3?-|-pip$", "", key)
-    return remedy(key) if name == key else f"'pip install {name}' may bring it"
+    if name == key:
+        return remedy(key)
+    return f"'pip install {PIP.get(_module(key), name)}' may bring it"

@@ -13,7 +13,18 @@ import setuptools
 from arjuna_core.files.input_file import read_text
 from bringup.ros2.workspace.colcon import put
 
-_PROGRAM = "#!{0}\nimport sys\n\nfrom {1} import {2}\n\nsys.exit({3}())\n"
+_PROGRAM = """#!{0}
+import sys
+
+try:
+    from {1} import {2}
+except ModuleNotFoundError as error:
+    from bringup.ros2.verbs.remedies import missing
+
+    sys.exit(missing(error))
+
+sys.exit({3}())
+"""
 
 
 def main(name: str, prefix: Path, build: Path, linked: bool, site: str) -> None:

@@ -245,3 +245,16 @@ def test_slow_measurements_count_as_none(least: float, counts: bool) -> None:
     node._on_odometry(message)
     measured = node._velocity
     assert [v != 0.0 for v in (measured.x, measured.y, measured.yaw_rate)] == [counts] * 3
+
+
+@pytest.mark.parametrize("topic", ["odom", "base_controller/odom"])
+def test_odometry_that_is_on_another_topic_is_named_once(
+    topic: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A robot of ros2_control turned at 0.2 rad/s: its speed seemed to be 0."""
+    robot = made(odom_topic=topic)
+    robot.run(6.0)
+    lines = [line for line in capfd.readouterr().err.splitlines() if "odometry message" in line]
+    assert len(lines) == (topic != "odom")
+    reason = "nobody publishes it; odometry messages are on /odom: set odom_topic"
+    assert all(line.endswith(f"comes on '/base_controller/odom': {reason}") for line in lines)

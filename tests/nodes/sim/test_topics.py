@@ -108,7 +108,7 @@ def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) 
 
 
 def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
-    edit = ("<wheelSeparation>", "<odometrySource>world</odometrySource><wheelSeparation>")
+    edit = ("<odometrySource>encoder<", "<odometrySource>world<")
     robot = _robot(tmp_path, edit)
     sim = start_sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
     odom = bench.collect(Odometry, "/odom")
@@ -117,6 +117,18 @@ def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
     point = odom[-1].pose.pose.position
     assert (point.x, point.y) == pytest.approx((truth.x, truth.y), abs=1e-9)
     assert truth.x == pytest.approx(1.0, abs=1e-3)
+
+
+@pytest.mark.parametrize(("frames_of_file", "x"), [(True, 1.0), (False, 0.0)])
+def test_odometry_of_classic_begins_where_it_is_in_the_world(
+    bench: RosBench, tmp_path: Path, frames_of_file: bool, x: float
+) -> None:
+    robot = _robot(tmp_path, ("<odometrySource>encoder</odometrySource>", ""))
+    given = {"initial_pose": {"x": 1.0, "y": 0.5, "yaw": 0.3}, "frames_of_file": frames_of_file}
+    sim = start_sim(bench, robot=robot, **given)
+    odom = bench.collect(Odometry, "/odom")
+    run(bench, sim, 5)
+    assert odom[-1].pose.pose.position.x == pytest.approx(x, abs=1e-3)
 
 
 def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: Path) -> None:

@@ -89,7 +89,7 @@ def test_the_base_that_is_there_is_used_and_reported_once(bench: RosBench, logge
         " and is used; set base_frame: base_link"
     )
     first = robot.k - len(robot.poses)
-    expected = LOG[first][2].inverse() @ robot.truth
+    expected = LOG[first][1] @ LOG[first][2].inverse() @ robot.truth
     assert se2_from_pose(robot.poses[-1].pose.pose).distance(expected) < 0.03
 
 

@@ -107,7 +107,6 @@ def test_every_third_scan_or_none_too_soon_if_so_asked(robot: Robot) -> None:
     robot.poses.clear()
     robot.drive(40)
     assert len(robot.poses) == 10
-    assert robot.error() > 0.1  # a second mapper begins its map here
 
 
 @pytest.mark.parametrize(("synchronous", "used"), [(True, 8), (False, 1)])

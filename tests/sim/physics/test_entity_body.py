@@ -124,3 +124,17 @@ def test_a_cart_rolls_on_its_wheels(wheels: str, rolls: bool, tmp_path: Path) ->
     sim.stage.push("cart", np.array([1.0, 0.0, 0.0, 0.0, 0.0, 0.0]))
     run(sim, 2.0, Velocity())
     assert (sim.stage.motion("cart").pose.position[0] - 2.0 > 0.3) is rolls
+
+
+@pytest.mark.parametrize("static", [0, 1])
+def test_a_lidar_of_several_rows_on_a_model_of_the_world_scans(static: int, tmp_path: Path) -> None:
+    """Its two sensors had one site each, of one name: the simulator did not start."""
+    scan = "<horizontal><samples>9</samples></horizontal><vertical><samples>4</samples></vertical>"
+    span = "<range><min>0.1</min><max>9</max></range>"
+    lidar = f"<sensor name='eye' type='gpu_lidar'><lidar><scan>{scan}</scan>{span}</lidar></sensor>"
+    mast = box("body", "0 0 0.4", "0.2 0.2 0.8", 3.0).replace("</link>", f"{lidar}</link>")
+    model = f"<model name='mast'><static>{static}</static><pose>3 0 0 0 0 0</pose>{mast}</model>"
+    sim = simulator(saved_world(tmp_path, GROUND + model))
+    run(sim, 0.5)
+    topics = sorted(each.settings.topic for each in sim.stage.world.sensors)
+    assert topics == ["mast/scan", "mast/scan/points"]

@@ -206,6 +206,8 @@ def test_a_world_with_a_robot_waits_for_no_other(
 class _TwoAsk:
     """A client whose service is asked twice, for a robot and for another, before it starts."""
 
+    name = ""
+
     def __init__(self, **_: object) -> None:
         self.node, self.spawn, self.codes = self, None, list[int]()
 
@@ -220,7 +222,7 @@ class _TwoAsk:
             request = SpawnEntity.Request()
             topic = f"<odometry_topic>{wheels}</odometry_topic><odometry_frame>"
             text = BURGER.read_text().replace("<odometry_frame>", topic)
-            request.entity_resource.resource_string = text
+            request.entity_resource.resource_string, request.name = text, self.name
             self.codes.append(spawn(request, SpawnEntity.Response()).result.result)
 
     def count_publishers(self, _: str) -> int:
@@ -243,3 +245,16 @@ def test_a_robot_that_starts_keeps_its_description_when_another_comes(
     )
     gazebo.serve(["-s", "empty.world"])
     assert "<odometry_topic>odom<" in started[0]
+
+
+def test_a_robot_of_the_name_of_one_in_the_world_is_that_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    world, started = write(tmp_path, Held()), list[tuple[str, list[str]]]()
+    monkeypatch.setattr(gazebo, "Client", _TwoAsk)
+    monkeypatch.setattr(_TwoAsk, "name", Held().name)
+    monkeypatch.setattr(_TwoAsk, "pause", lambda *_: None)
+    monkeypatch.setattr(gazebo, "arjuna", lambda *words: started.append(words))
+    gazebo.serve(["-r", "-s", str(world)])
+    assert started == [("sim", ["--world", str(world)])]
+    assert f"'{Held().name}' stands in the world's file" in capfd.readouterr().out

@@ -295,3 +295,32 @@ def test_a_server_of_nav2_brings_its_costmap(
     assert list(values) == list(expected)
     found = {node: {key: values[node][key] for key in own} for node, own in expected.items()}
     assert found == expected
+
+
+@pytest.mark.parametrize(
+    ("sections", "node_name", "said"),
+    [
+        ("ekf_filter_node", "ekf_filter", "'ekf_filter' and its section is 'ekf_filter_node'"),
+        ("ekf_filter_node", "ekf_filter_node", ""),
+        ("ekf_odom", "ekf_filter_node", "'ekf_filter_node' and its section is 'ekf_odom'"),
+        ("amcl ekf_filter_node", "ekf_odom", "its section is 'ekf_filter_node'"),
+        ("amcl map_server", "ekf_filter_node", ""),
+        ("/**", "ekf_odom", ""),
+    ],
+)
+def test_parameters_of_a_node_of_another_name_are_said_to_be_none_of_it(
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+    sections: str,
+    node_name: str,
+    said: str,
+) -> None:
+    path = tmp_path / "ekf.yaml"
+    own = "{name}:\n  ros__parameters:\n    use_sim_time: true\n"
+    path.write_text("".join(own.format(name=each) for each in sections.split()))
+    words = ["--ros-args", "-r", f"__node:={node_name}", "--params-file", str(path)]
+    _started(("robot_localization", "ekf_node"), words, monkeypatch)
+    printed = capsys.readouterr().err
+    assert ("nothing of it is taken" in printed) is bool(said)
+    assert said in printed

@@ -9,6 +9,7 @@ import pytest
 
 from bringup.ros2.main import main
 from bringup.ros2.programs import rviz2
+from bringup.ros2.verbs.remedies import module_remedy
 
 MAIN = "import sys\n\ndef main():\n    print('ran', *sys.argv[1:])\n"
 
@@ -73,3 +74,27 @@ def test_its_options_are_the_view_s(
     monkeypatch.setattr(rviz2, "arjuna", lambda command, words: started.append((command, words)))
     rviz2.main(given)
     assert started == [("view", options)]
+
+
+@pytest.mark.parametrize(
+    ("module", "remedy"),
+    [
+        ("cv9", "'pip install cv9' may bring it; of your own: 'source install/setup.bash'"),
+        ("turtlesim.msg", "'arjuna sim' is the robot here"),
+        ("somebodys_msgs.msg", "'arjuna messages FOLDER'"),
+        ("json.wibble", "'json' has no such part"),
+    ],
+)
+def test_a_module_that_a_program_lacks_is_named_with_its_remedy(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], module: str, remedy: str
+) -> None:
+    path = tmp_path / "listing.py"
+    path.write_text(f"import sys\nimport {module}\nprint(sys)\n")
+    assert main(["run", str(path)]) == 1
+    said = capsys.readouterr().err
+    assert said.startswith(f"{path}, line 2: the module '{module.partition('.msg')[0]}")
+    assert remedy in said
+
+
+def test_modules_are_named_as_pip_does() -> None:
+    assert module_remedy("cv2").startswith("'pip install opencv-python' may bring it")

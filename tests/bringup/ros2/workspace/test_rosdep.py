@@ -47,19 +47,21 @@ def test_a_workspace_of_what_is_here_is_well(
 def test_what_is_lacking_is_named_with_who_needs_it(
     source: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    _package(source, "one", "rclpy rplidar_ros python3-nothing-there")
+    _package(source, "one", "rclpy rplidar_ros python3-nothing-there python3-sklearn")
     _package(source, "two", "rplidar_ros")
     assert main(_TUTORIAL.split()) == 1
     said = capsys.readouterr().err
     assert "python3-nothing-there (of one) is not here; 'pip install nothing-there'" in said
+    assert "python3-sklearn (of one) is not here; 'pip install scikit-learn'" in said
     assert "rplidar_ros (of one, two) is not here; its driver is ROS's" in said
     assert "'colcon build' builds what does without" in said
     assert main(["install", "--from-paths", "src", "--ignore-src", "-ry"]) == 0
-    skipped = ["--skip-keys", "rplidar_ros python3-nothing-there"]
+    skipped = ["--skip-keys", "rplidar_ros python3-nothing-there python3-sklearn"]
     assert main([*_TUTORIAL.split(), *skipped]) == 0
     assert main(["keys", "--from-paths", "src"]) == 0
     assert capsys.readouterr().out.splitlines()[1:] == [
         "python3-nothing-there",
+        "python3-sklearn",
         "rclpy",
         "rplidar_ros",
     ]

@@ -23,9 +23,10 @@ def read(
     positions: tuple[tuple[float, float, float], ...] = POSITIONS,
     mass: float = 1.0,
     name: str = "name='p'",
+    file: str = "f.so",
 ) -> tuple[DriveSettings | None, tuple[str, ...]]:
     """Return what a plugin says of wheels `a`, `b`, ... at their positions, and what is noted."""
-    xml = urdf_file(f"<gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo>")
+    xml = urdf_file(f"<gazebo><plugin {name} filename='{file}'>{inside}</plugin></gazebo>")
     urdf = wheeled(positions, base=weight(mass))
     return read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf), texts(xml.notes)
 
@@ -184,6 +185,7 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
         ("<odometrySource>world</odometrySource>", {"from_world": True}),
         ("<odometrySource>1</odometrySource>", {"from_world": True}),
         ("<odometrySource>encoder</odometrySource>", {}),
+        ("<odometry_source>0</odometry_source>", {}),
         ("<stamped>true</stamped>", {"stamped": True}),
         ("<publish_odom>false</publish_odom>", {"publishes": ("odom_tf",)}),
         ("<publish_odom_tf>false</publish_odom_tf>", {"publishes": ("odom",)}),
@@ -198,6 +200,23 @@ def test_what_a_plugin_gets_wrong_is_refused(inside: str, problem: str) -> None:
 def test_each_tag_says_one_thing(tag: str, changed: dict[str, Any]) -> None:
     before, after = drive(), drive(SIDES + tag)
     assert vars(after) == vars(before) | changed
+
+
+@pytest.mark.parametrize(
+    ("file", "tag", "from_world"),
+    [
+        ("libgazebo_ros_diff_drive.so", "", True),
+        ("libgazebo_ros_skid_steer_drive.so", "", True),
+        ("libgazebo_ros_diff_drive.so", "<odometry_source>0</odometry_source>", False),
+        ("libgazebo_ros_diff_drive.so", "<odometrySource>encoder</odometrySource>", False),
+        ("gz-sim-diff-drive-system", "", False),
+    ],
+)
+def test_gazebo_classic_takes_the_truth_where_no_source_is_named(
+    file: str, tag: str, from_world: bool
+) -> None:
+    found = drive(SIDES + tag, file=file)
+    assert (found.from_world, found.as_in_gazebo().from_world) == (False, from_world)
 
 
 @pytest.mark.parametrize(
