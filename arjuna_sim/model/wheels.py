@@ -93,6 +93,12 @@ def freed(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
     return replace(urdf, joints=found)
 
 
+def unlimited(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
+    """Return a robot of whose joints some turn at any speed."""
+    found = {name: replace(urdf.joints[name], max_speed=0.0) for name in joints}
+    return replace(urdf, joints={**urdf.joints, **found})
+
+
 def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:
     """Return the index of the steering joint that carries a wheel's joint, -1 for none."""
     above = (each.name for each in urdf.above(urdf.joints[joint].parent))

@@ -36,7 +36,7 @@ from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import eccentricity, freed, is_round, wheel_sign
+from arjuna_sim.model.wheels import eccentricity, freed, is_round, unlimited, wheel_sign
 
 _MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
 _SIMULATES = re.compile(r"sim|gazebo|gz|ign", re.IGNORECASE)
@@ -159,6 +159,8 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
             xml.note(text)
     _check_wheels(xml, urdf, drive)
     urdf = complete_wheels(xml, complete_casters(xml, urdf, drive), drive)
+    # ODE's motors, whose speed Gazebo Classic's drives set, know no <limit velocity>.
+    urdf = unlimited(urdf, drive.wheels if read.is_classic else ())
     urdf = freed(urdf, (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)

@@ -23,9 +23,10 @@ def read(
     positions: tuple[tuple[float, float, float], ...] = POSITIONS,
     mass: float = 1.0,
     name: str = "name='p'",
+    file: str = "f.so",
 ) -> tuple[DriveSettings | None, tuple[str, ...]]:
     """Return what a plugin says of wheels `a`, `b`, ... at their positions, and what is noted."""
-    xml = urdf_file(f"<gazebo><plugin {name} filename='f.so'>{inside}</plugin></gazebo>")
+    xml = urdf_file(f"<gazebo><plugin {name} filename='{file}'>{inside}</plugin></gazebo>")
     urdf = wheeled(positions, base=weight(mass))
     return read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf), texts(xml.notes)
 
@@ -256,3 +257,17 @@ def test_planar_drives_have_true_odometry(kind: DriveKind, source: str, from_wor
         odometry_frame="o",
         from_world=from_world,
     )
+
+
+@pytest.mark.parametrize(
+    ("file", "torque", "noted"),
+    [
+        ("libgazebo_ros_diff_drive.so", 5.0, True),  # reads <wheelTorque> alone
+        ("libgazebo_ros_skid_steer_drive.so", 0.1, False),
+    ],
+)
+def test_a_drive_of_two_sides_reads_no_plain_torque(file: str, torque: float, noted: bool) -> None:
+    found, notes = read(SIDES + "<torque>0.1</torque>", file=file)
+    assert found is not None
+    assert found.torque == torque
+    assert ("plugin 'p': not simulated: <torque>" in notes) is noted
