@@ -22,7 +22,7 @@ from arjuna_sim.files.robots.gazebo import TagReader
 from arjuna_sim.files.robots.guess import guess_drive, guessed_wheels
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
-from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.stand_up import stand_up, without_frames
 from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks, strictest
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
@@ -138,7 +138,8 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     Raises:
         RobotError: They do not describe a robot.
     """
-    root, urdf = urdf.root, stand_up(xml, with_mimics(xml, _sprung(urdf, tags)), tags)
+    urdf = _sprung(without_frames(xml, urdf, tags), tags)
+    root, urdf = urdf.root, stand_up(xml, with_mimics(xml, urdf), tags)
     T_model = tags.T_model @ urdf.T_root(root).inverse()
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
