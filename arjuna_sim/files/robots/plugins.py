@@ -194,7 +194,7 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
     left, right = with_followers(urdf, left), with_followers(urdf, right)
     # Gazebo's drive of two sides reads no <torque>, which its page and many files have.
     torques = _TORQUES if types_of(plugin)[0] == "diffdrive" else ("torque", *_TORQUES)
-    note_unread(xml, plugin, label, _READ - {"torque"} | {*torques})
+    note_unread(xml, plugin, label, _READ)
     separation, radius, track, rolling = _kinematics(xml, plugin, label, urdf, (left, right))
     steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
     _check_joints(xml, label, urdf, steering)
