@@ -8,14 +8,10 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import numpy as np
-
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.pose3 import ORIGIN
-from arjuna_core.twist import Velocity
-from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.steered import SteeredBase
 from arjuna_sim.files.robots.guess import save_guess
 from arjuna_sim.files.robots.robot_file import load_robot, names_drive, split_model
@@ -34,7 +30,7 @@ from arjuna_sim.model.world import World
 from arjuna_sim.physics.scene import build_scene
 from arjuna_sim.physics.wheels.servo import ServoConfig
 from arjuna_sim.sills import crossed_sill
-from arjuna_sim.simulation import Simulation, solo
+from arjuna_sim.trial import Trial
 
 _TIMESTEP = 0.004  # of a robot that no simulator has stepped yet [s]
 _ROBOT_SUFFIXES = (".urdf", ".xacro")
@@ -128,14 +124,16 @@ def _check_robot(
     lines = [f"{path}: loads", *_robot_lines(robot)]
     height = round(support.ride_height, 6) + 0.0  # which is never -0
     lines.append(f"  stands with '{robot.urdf.root}' {height:.4g} m above the ground")
-    if math.isfinite(support.steady):
+    trial = Trial(robot, empty)
+    if math.isfinite(support.steady) and not trial.leans:
         lines.append(f"  neither slips nor tips up to {support.steady:.3g} m/s^2")
     sill = crossed_sill(robot, empty)
     lines += [] if sill is None else [f"  {sill.text()}"]
     if guess is not None:
         save_guess(guess, path, robot.urdf.name, robot.drive)
         lines.append(f"  guess saved as {guess}, which loads instead of the robot")
-    faults = (*support.faults, *_leaning(robot, empty))
+    # A robot that hardly drives has been told why.
+    faults = (*support.faults, *trial.leans, *(() if support.faults else trial.lags))
     return Found(tuple(lines), robot.notes + tuple(Note(NoteKind.CHANGED, t) for t in faults))
 
 
@@ -146,17 +144,6 @@ def _refuse_if_found_again(robot: RobotModel, path: Path) -> None:
     if robot.drive.kind is not DriveKind.SIDES:
         problem = f"drives by {robot.drive.kind.value}, which is found again; nothing to save"
         raise InputFileError(path, problem)
-
-
-def _leaning(robot: RobotModel, empty: World) -> Iterator[str]:
-    """Yield a note on a robot that does not stay upright, as one that tips over or balances."""
-    sim = Simulation(solo(robot), empty, SimulatorConfig(), np.random.default_rng(0))
-    # A robot that tips over does so within 2 s.
-    for _ in range(round(2.0 / sim.config.tick)):
-        truth = sim.drive(Velocity(0.1)).truth
-    lean = math.degrees(math.hypot(truth.roll, truth.pitch))
-    if lean > 3.0:  # [deg]
-        yield f"leans by {lean:.0f} degrees soon: it tips over, or would have to balance"
 
 
 def _robot_lines(robot: RobotModel) -> Iterator[str]:

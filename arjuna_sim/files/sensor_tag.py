@@ -41,7 +41,7 @@ class SensorTag:
 
     def __post_init__(self) -> None:
         """Leave out Gazebo's systems."""
-        systems = [p for p in self.element.findall("plugin") if _SYSTEM.match(p.get("name", ""))]
+        systems = [plugin for plugin in self.element.findall("plugin") if is_system(plugin)]
         if systems:
             object.__setattr__(self, "element", _without(self.element, systems))
 
@@ -189,6 +189,11 @@ class SensorTag:
     def note(self, text: str) -> None:
         """Keep one line on what is simulated otherwise than the file says."""
         self.xml.note(f"{self.label}: {text}")
+
+
+def is_system(plugin: Element) -> bool:
+    """Return whether a plugin is a system of Gazebo Sim's, by its class."""
+    return _SYSTEM.match(plugin.get("name", "")) is not None
 
 
 def _without(element: Element, children: list[Element]) -> Element:

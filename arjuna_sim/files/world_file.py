@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection
 from pathlib import Path
 
@@ -25,6 +26,9 @@ from arjuna_sim.model.world import Body, World, ground_bodies
 
 MAP_SUFFIXES = (".yaml", ".yml")
 WALLS = "walls"
+_STAGE = re.compile(
+    rb"(\s*#.*\n)*\s*(include|define|window|floorplan|resolution|paused|interval_sim)\b"
+)
 _HEIGHT = 1.0  # [m]
 _COLOUR = (0.75, 0.7, 0.6, 1.0)
 _BOXES_MAX = 20_000
@@ -116,6 +120,9 @@ def robots_in(path: str | Path, search: SearchPath | None = None) -> tuple[str, 
 def _opened(path: Path, search: SearchPath | None) -> XmlFile:
     text = read_bytes(path, BYTES_MAX, WorldError)
     search = SearchPath.of() if search is None else search
+    if _STAGE.match(text):
+        remedy = "the YAML of a map (image, resolution, origin) of its bitmap loads instead"
+        raise WorldError(path, f"is a world of Stage, not SDF; {remedy}")
     if not has_macros(path, text):
         return XmlFile(path, "sdf", WorldError, text, search)
     try:

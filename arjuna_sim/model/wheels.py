@@ -13,6 +13,7 @@ from arjuna_sim.model.urdf import Joint, Mimic, Urdf
 
 CASTER_GAP_MAX = 0.008
 """Greatest height of a caster above the ground that its robot stands on [m]."""
+_ACROSS = 0.9  # least part across the robot of an axle on which a wheel rolls along
 _ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
@@ -75,6 +76,16 @@ def _is_solid(urdf: Urdf, joint: str) -> bool:
     return bool(urdf.links[link].collisions) or any(_is_solid(urdf, each) for each in below)
 
 
+def idle_wheels(urdf: Urdf) -> tuple[str, ...]:
+    """Return the joints of what is round and turns freely across the robot, driven or not."""
+    return tuple(
+        joint.name
+        for joint in urdf.joints.values()
+        if joint.kind == "continuous" and abs(axis(urdf, joint.name)[1]) > _ACROSS
+        if radius_of(urdf, joint.name)
+    )
+
+
 def freed(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
     """Return a robot of whose joints some, which motors turn, mimic none: what led them follows.
 
@@ -91,6 +102,12 @@ def freed(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
             back = Mimic(name, 1.0 / mimic.multiplier, -mimic.offset / mimic.multiplier)
             found[mimic.joint] = replace(led, mimic=back, damping=0.0, friction=0.0)
     return replace(urdf, joints=found)
+
+
+def unlimited(urdf: Urdf, joints: tuple[str, ...]) -> Urdf:
+    """Return a robot of whose joints some turn at any speed."""
+    found = {name: replace(urdf.joints[name], max_speed=0.0) for name in joints}
+    return replace(urdf, joints={**urdf.joints, **found})
 
 
 def steered_by(urdf: Urdf, joint: str, steering: tuple[str, ...]) -> int:

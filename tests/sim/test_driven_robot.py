@@ -17,6 +17,7 @@ from arjuna_sim.config import SimulatorConfig
 from arjuna_sim.devices.driving.controller import CommandError
 from tests.sim.builders import EMPTY, ROOM, run, simulator
 from tests.sim.files.test_robots import TWO, _robot
+from tests.sim.robot_files.tags import plugin
 
 
 def test_idle_robot_stays() -> None:
@@ -194,3 +195,20 @@ def test_joints_speed_slows_the_robot_along_its_curve_and_is_said_once(tmp_path:
     assert max(map(abs, speeds.values())) == pytest.approx(8.0, rel=0.02)
     (said,) = sim.robot.take_cuts()
     assert "by the velocity 8 rad/s in the <limit> of joint 'right_wheel_joint'" in said
+
+
+@pytest.mark.parametrize(
+    ("file", "speed"),
+    [("gz-sim-diff-drive-system", 8.0), ("libgazebo_ros_diff_drive.so", 16.0)],
+)
+def test_drives_of_gazebo_classic_know_no_speed_of_joints(
+    tmp_path: Path, file: str, speed: float
+) -> None:
+    named = "".join(f"<{s}_joint>{s}_wheel_joint</{s}_joint>" for s in ("left", "right"))
+    limited = TWO.replace("</joint>", '<limit effort="9" velocity="8"/></joint>')
+    sim = simulator(robot=_robot(tmp_path, limited + plugin(file, named)))
+    ahead = Velocity(16.0 * sim.robot.model.drive.radius)
+    for _ in range(200):
+        last = sim.drive(ahead).joints
+    turning = dict(zip(last.names, last.velocities, strict=True))
+    assert turning["left_wheel_joint"] == pytest.approx(speed, rel=0.02)

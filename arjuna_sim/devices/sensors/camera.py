@@ -179,7 +179,7 @@ def _of_ros(sensor: Element, last: str, tag: str) -> str:
         if below == f"{own}/{last}":
             found = target
         elif below == last:
-            found = f"{camera}/{target}" if camera and not target.startswith("/") else target
+            found = f"{camera}/{target}" if camera and "/" not in target else target
     return f"/{space}/{found}" if space and not found.startswith("/") else found
 
 

@@ -20,6 +20,7 @@ from arjuna_sim.files.robots.plugins import (
     BATTERY,
     Sides,
     drive_kind,
+    is_classic,
     is_control,
     is_done,
     read_drive,
@@ -53,6 +54,7 @@ class TagReader:
         drive: The drive, where a plugin names its wheels.
         kind: The kind of drive that a plugin names; None for none.
         wheelless: Topics, frames and limits of a drive plugin that names no wheels.
+        is_classic: Whether Gazebo Classic's plugin turns the wheels, however fast their joints may.
         tracks: The links that are its left and its right tracks.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
@@ -68,6 +70,7 @@ class TagReader:
         self.drive: DriveSettings | None = None
         self.kind: DriveKind | None = None
         self.wheelless: DriveSettings | None = None
+        self.is_classic = False
         self.tracks: Sides = (), ()
         self.reported: dict[str, None] = {}
         self.report_rate = 0.0
@@ -99,6 +102,7 @@ class TagReader:
         drive = None if told else read_drive(xml, driving, urdf)
         kind = drive_kind(driving)
         name = plugin.get("name") or plugin.get("filename") or "?"
+        self.is_classic |= controlled is None and kind is not None and is_classic(plugin)
         if drive is not None and self.drive is not None:
             both = joined(urdf, self.drive, drive) if kind is self.kind else None
             if both is None:

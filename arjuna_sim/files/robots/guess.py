@@ -29,6 +29,7 @@ _RIGHT = re.compile(r"right|(^|_)(r|fr|rr|br|mr|rf|rb)(_|\d|$)", re.I)
 _UPRIGHT = 0.9  # least part along z of the axis of a wheel that lies on its side
 _TOLERANCE = 0.02  # between a left wheel and its partner, along the robot and in height [m]
 _NONE: Set[str] = frozenset()
+_LACKS = "neither a drive plugin nor wheels"
 
 _GUESS = """<?xml version="1.0"?>
 <robot name="{name}" xmlns:xacro="http://www.ros.org/wiki/xacro">
@@ -57,7 +58,8 @@ def guess_drive(
     """
     if (found := guessed_wheels(xml, urdf, controlled, has_plugin)) is not None:
         return found
-    xml.note("has no drive: neither a drive plugin nor wheels on both sides; it stands still")
+    lacks = "its drive plugin names no wheels, and there are none" if has_plugin else _LACKS
+    xml.note(f"has no drive: {lacks} on both sides; it stands still")
     for i, line in ((0, "x, as joints without <axis> do"), (2, "the vertical")):
         lying = [n for n in _candidates(urdf, controlled) if abs(axis(urdf, n)[i]) > _UPRIGHT]
         if lying:

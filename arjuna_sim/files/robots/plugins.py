@@ -100,6 +100,7 @@ _BRAKING = ("minlinearacceleration", "minacceleration")
 _TURN_BRAKING = ("minangularacceleration", "minacceleration")
 _JERK = tuple(f"{side}{part}jerk" for side in ("max", "min") for part in ("", "linear", "angular"))
 _DIAMETER = ("wheeldiameter", "actuatedwheeldiameter")
+_TORQUES = ("wheeltorque", "maxwheeltorque")
 _RATE = ("odometryrate", "publishrate", "odompublishfrequency", "updaterate")
 _TIMEOUT = ("cmdveltimeout", "commandtimeout", "velocitycommandtimeout")
 _LIMIT = ("steeringlimit", "maxsteer")
@@ -117,7 +118,7 @@ _READ = {
     *("wheelseparation", "wheelradius", "effectivetrackwidth", *_DIAMETER),
     *(*_ACCELERATION, *_BACK, *_TURN, *_TURN_ACCELERATION, *_TIMEOUT),
     *(*_BRAKING, *_TURN_BRAKING, *_JERK),
-    *("effectivewheelradius", "torque", "wheeltorque", "maxwheeltorque"),
+    *("effectivewheelradius", "torque", *_TORQUES),
     *(*WHEEL, *STEERING, *_LIMIT, "kingpinwidth", "wheelbase", "minsteer", "steeringwheeljoint"),
     *(*_SPEED, *_RATE, "tricyclejoint"),
     *("commandtopic", "topic", "odometrytopic", "odomtopic"),
@@ -157,6 +158,11 @@ def sensor_type(plugin: Element) -> str:
     return _SENSORS.get(types_of(plugin)[0], "")
 
 
+def is_classic(plugin: Element) -> bool:
+    """Return whether a plugin is one of Gazebo Classic's for ROS, as `libgazebo_ros_x.so`."""
+    return "gazebo_ros" in plugin.get("filename", "").replace("-", "_")
+
+
 def is_control(plugin: Element) -> bool:
     """Return whether a plugin runs ros2_control's or ros_control's controllers."""
     file, name = types_of(plugin)
@@ -188,6 +194,8 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
             return None
     left, right = _sides(xml, label, urdf, left, right)
     left, right = with_followers(urdf, left), with_followers(urdf, right)
+    # Gazebo's drive of two sides reads no <torque>, which its page and many files have.
+    torques = _TORQUES if types_of(plugin)[0] == "diffdrive" else ("torque", *_TORQUES)
     note_unread(xml, plugin, label, _READ)
     separation, radius, track, rolling = _kinematics(xml, plugin, label, urdf, (left, right))
     steering = tuple(dict.fromkeys(texts(plugin, *STEERING)))
@@ -198,7 +206,7 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         right,
         separation,
         radius,
-        torque=value(xml, plugin, label, 0.0, "torque", "wheeltorque", "maxwheeltorque")
+        torque=value(xml, plugin, label, 0.0, *torques)
         or torque_of(urdf, radius, len(left + right)),
         effective_track=track,
         effective_radius=rolling,

@@ -22,7 +22,7 @@ from arjuna_sim.files.robots.gazebo import TagReader
 from arjuna_sim.files.robots.guess import guess_drive, guessed_wheels
 from arjuna_sim.files.robots.joint_controllers import joint_control, with_mimics
 from arjuna_sim.files.robots.rollers import on_whole_wheels
-from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.stand_up import stand_up, without_frames
 from arjuna_sim.files.robots.undercarriage import on_rollers, on_tracks, strictest
 from arjuna_sim.files.sdf.robot import read_sdf_robot
 from arjuna_sim.files.search_path import SearchPath
@@ -36,7 +36,7 @@ from arjuna_sim.model.notes import Note, NoteKind
 from arjuna_sim.model.robot import ANCHOR, RobotModel
 from arjuna_sim.model.settings import DriveKind, DriveSettings, GazeboSettings
 from arjuna_sim.model.urdf import Urdf
-from arjuna_sim.model.wheels import eccentricity, freed, is_round, wheel_sign
+from arjuna_sim.model.wheels import eccentricity, freed, is_round, unlimited, wheel_sign
 
 _MACRO = re.compile(rb"<xacro:macro\s[^>]*?name\s*=\s*[\"']([\w.-]+)")
 _SIMULATES = re.compile(r"sim|gazebo|gz|ign", re.IGNORECASE)
@@ -138,7 +138,8 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
     Raises:
         RobotError: They do not describe a robot.
     """
-    root, urdf = urdf.root, stand_up(xml, with_mimics(xml, _sprung(urdf, tags)), tags)
+    urdf = _sprung(without_frames(xml, urdf, tags), tags)
+    root, urdf = urdf.root, stand_up(xml, with_mimics(xml, urdf), tags)
     T_model = tags.T_model @ urdf.T_root(root).inverse()
     start = None if tags.T_world is None else (tags.T_world @ T_model).planar()
     if not urdf.text:
@@ -159,6 +160,8 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
             xml.note(text)
     _check_wheels(xml, urdf, drive)
     urdf = complete_wheels(xml, complete_casters(xml, urdf, drive), drive)
+    # ODE's motors, whose speed Gazebo Classic's drives set, know no <limit velocity>.
+    urdf = unlimited(urdf, drive.wheels if read.is_classic else ())
     urdf = freed(urdf, (*drive.wheels, *drive.steering))
     control = joint_control(xml, urdf, tags.plugins, drive)
     friction = friction_of(xml, urdf, tags.friction, drive, read.kind)

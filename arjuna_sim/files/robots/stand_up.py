@@ -5,15 +5,17 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Iterable
 from html import escape
+from xml.etree.ElementTree import tostring  # parsing is defusedxml's
 
 import numpy as np
+from defusedxml.ElementTree import fromstring
 
 from arjuna_core.arrays import Floats
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.robots.guess import guess_sides
 from arjuna_sim.files.robots.plugins import LEFT, RIGHT, Sides
 from arjuna_sim.files.sensor_tag import Tags
-from arjuna_sim.files.tag_text import texts
+from arjuna_sim.files.tag_text import text_of, texts
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.urdf import Joint, Link, Urdf
@@ -47,6 +49,44 @@ def stand_up(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
     up = _up(urdf, across, left + right)
     rows = np.array([np.cross(across, up), across, up])  # maps the old root's frame into the new
     return _turned(xml, urdf, rows, "its wheels do not turn across")
+
+
+def without_frames(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
+    """Return a robot without roots that are frames in which it moves, as `odom` or `map`.
+
+    A robot that its file fixes to its odometry's frame would stand still there.
+    """
+    named = {"map", "odom", *(text_of(plugin, "odometryframe") for plugin in tags.plugins)}
+    while urdf.root in named:
+        link = urdf.links[urdf.root]
+        held = [joint for joint in urdf.joints.values() if joint.parent == urdf.root]
+        if link.inertial or link.collisions or link.visuals or len(held) != 1:
+            return urdf
+        joint = held[0]
+        if joint.has_position:
+            return urdf
+        told = f"is a frame in which the robot moves: '{joint.child}' is the root in its place"
+        xml.note(f"link '{urdf.root}': {told}")
+        tags.T_model = tags.T_model @ joint.T_parent_child
+        urdf = dataclasses.replace(
+            urdf,
+            text=_without(urdf.text, urdf.root, joint.name),
+            root=joint.child,
+            links={name: each for name, each in urdf.links.items() if name != urdf.root},
+            joints={name: each for name, each in urdf.joints.items() if name != joint.name},
+        )
+    return urdf
+
+
+def _without(text: str, link: str, joint: str) -> str:
+    """Return a URDF without a link and a joint; "" for none."""
+    if not text:
+        return text
+    root = fromstring(text)
+    for child in (*root.findall("link"), *root.findall("joint")):
+        if (child.tag, child.get("name", "").strip()) in (("link", link), ("joint", joint)):
+            root.remove(child)
+    return tostring(root, encoding="unicode")
 
 
 def _turned(xml: XmlFile, urdf: Urdf, rows: Floats, reason: str) -> Urdf:

@@ -7,6 +7,7 @@ from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.files.sdf.frames import raw_pose
 from arjuna_sim.files.sdf.includes import leaving_out
+from arjuna_sim.files.sensor_tag import is_system
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 
@@ -18,7 +19,7 @@ def stretch_models(xml: XmlFile, world: Element) -> None:
 
     Source: Gazebo Classic, Model::SetState and the SetScale of its shapes, which leave poses alone.
     """
-    for state in world.iterfind("state/model[scale]"):
+    for state in _states(world, "state/model[scale]"):
         name = state.get("name", "")
         label = f"state of model '{name}'"
         with leaving_out(xml, label):
@@ -27,6 +28,15 @@ def stretch_models(xml: XmlFile, world: Element) -> None:
                 if model.get("name", "").strip() == name:
                     for geometry in model.iterfind("link//geometry"):
                         _stretch(xml, geometry, factors, label)
+
+
+def _states(world: Element, path: str) -> list[Element]:
+    """Return the elements at a path below a world; none of one with systems of Gazebo Sim's.
+
+    That knows no `<state>`: one that is left of Gazebo Classic moves nothing there.
+    """
+    is_sim = any(is_system(plugin) for plugin in world.iterfind("plugin"))
+    return [] if is_sim else world.findall(path)
 
 
 def _stretch(xml: XmlFile, geometry: Element, factors: tuple[float, ...], label: str) -> None:
@@ -49,13 +59,11 @@ def _stretch(xml: XmlFile, geometry: Element, factors: tuple[float, ...], label:
 
 def moved_models(xml: XmlFile, world: Element) -> dict[str, Pose3]:
     """Return where the world's `<state>` says that models have moved."""
-    state = world.find("state")
-    if state is None:
-        return {}
-    for tag in sorted({child.tag for child in state} & {"insertions", "deletions"}):
-        xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
+    for tag in ("deletions", "insertions"):
+        if _states(world, f"state/{tag}"):
+            xml.note(f"<state> <{tag}>: not simulated", NoteKind.IGNORED)
     found: dict[str, Pose3] = {}
-    for model in state.findall("model"):
+    for model in _states(world, "state/model"):
         name = model.get("name", "")
         if model.find("pose") is not None:
             with leaving_out(xml, f"state of model '{name}'"):

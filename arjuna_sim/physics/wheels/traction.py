@@ -11,6 +11,7 @@ from arjuna_sim.model.world import GRAVITY
 
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
+_CARRIED = 0.1  # share of the weight that wheels carry at least that do not hang
 _SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
 
 
@@ -102,8 +103,27 @@ def _shares(contacts: GroundContacts) -> Floats:
     return shares
 
 
-def traction_notes(steady: float) -> tuple[str, ...]:
-    """Return a note on a robot that hardly pulls away, by its steady acceleration [m/s^2]."""
+def carrier(contacts: GroundContacts, weight: Weight) -> int:
+    """Return the contact that carries a robot in place of its driven wheels, -1 for none."""
+    if not contacts.drives.any():
+        return -1
+    loaded, loads = _loaded_contacts(contacts, weight)
+    if loads[loaded.drives].sum() >= _CARRIED * weight.mass * GRAVITY:
+        return -1
+    most = loaded.positions[np.where(loaded.drives, -np.inf, loads).argmax()]
+    return int(((contacts.positions == most).all(axis=1) & ~contacts.drives).argmax())
+
+
+def traction_notes(steady: float, stands_on: str) -> tuple[str, ...]:
+    """Return a note on a robot that hardly pulls away.
+
+    Args:
+        steady: Its steady acceleration [m/s^2].
+        stands_on: The link that carries it in place of its driven wheels; "" where these carry it.
+    """
     if steady > LEAST:
         return ()
+    if stands_on:
+        reason = f"its driven wheels carry next to nothing, it stands on '{stands_on}'"
+        return (f"hardly drives: {reason}",)
     return ("hardly drives: its wheels grip, or its motors pull, little more than the rest rubs",)

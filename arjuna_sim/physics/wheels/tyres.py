@@ -22,12 +22,13 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_sim.model.geometry.shapes import Group, Kind
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, radius_of, width_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, idle_wheels, radius_of, width_of
 from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
     GroundContacts,
     Weight,
+    carrier,
     steady_acceleration,
     traction_notes,
 )
@@ -119,14 +120,15 @@ def tune_tyres(model: Any, robot: RobotModel, sag: float) -> WheelSupport:
     geoms = sorted(wheels) + sorted(casters)
     gaps = [(lowest[geom] - ground) / sag for geom in geoms]
     driven = _bodies(model, robot, robot.drive.wheels)
-    contacts = _ground_contacts(model, data, geoms, gaps, (driven, bodies - driven))
+    free = (bodies | _bodies(model, robot, idle_wheels(robot.urdf))) - driven
+    contacts = _ground_contacts(model, data, geoms, gaps, (driven, free))
     weight = _weight(model, data, robot, ground)
-    steady = steady_acceleration(contacts, weight)
+    steady, instead = steady_acceleration(contacts, weight), carrier(contacts, weight)
     height = -min(sunk, default=-0.0)
     return WheelSupport(
         max(0.0, height) if robot.anchored else height,  # what hangs from the world hangs on
         steady,
-        traction_notes(steady),
+        traction_notes(steady, "" if instead < 0 else _link(model, geoms[instead])),
         tuple(sorted(wheels)),
         contacts.positions,
     )
@@ -139,6 +141,12 @@ def _crown(model: Any, data: Any, geom: int) -> None:
     if model.geom_type[geom] == cylinder and abs(data.geom_xmat[geom][8]) < 0.1:
         radius, half, _ = model.geom_size[geom]
         model.geom_type[geom], model.geom_size[geom] = ellipsoid, (radius, radius, half)
+
+
+def _link(model: Any, geom: int) -> str:
+    """Return the link of which a geom is a shape."""
+    name: str = model.geom(geom).name
+    return name.split("//")[0]
 
 
 def _bodies(model: Any, robot: RobotModel, joints: tuple[str, ...]) -> set[int]:

@@ -205,6 +205,16 @@ def test_too_many_walls_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPa
         load_map_world(str(path))
 
 
+@pytest.mark.parametrize(
+    "text", ['include "map.inc"', "# a maze\n\nwindow\n(\n)", "resolution 0.02"]
+)
+def test_worlds_of_stage_are_told_as_such(tmp_path: Path, text: str) -> None:
+    path = tmp_path / "maze.world"
+    path.write_text(f"{text}\nfloorplan\n( bitmap 'maze.png' )\n", encoding="utf-8")
+    with pytest.raises(WorldError, match="is a world of Stage, not SDF; the YAML of a map"):
+        load_world(path)
+
+
 def test_a_map_that_does_not_exist_is_the_worlds_error(tmp_path: Path) -> None:
     with pytest.raises(WorldError, match=r"none\.yaml"):
         load_map_world(tmp_path / "none.yaml")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -9,6 +11,7 @@ from arjuna_sim.physics.wheels.traction import (
     LEAST,
     GroundContacts,
     Weight,
+    carrier,
     steady_acceleration,
     traction_notes,
 )
@@ -64,6 +67,18 @@ def test_what_cannot_be_asked_for_less_or_is_not_held_upright() -> None:
 
 
 def test_notes_say_what_is_less_than_any_robot_needs() -> None:
-    assert traction_notes(LEAST + 1e-9) == ()
-    (note,) = traction_notes(LEAST)
-    assert note.startswith("hardly drives: ")
+    assert traction_notes(LEAST + 1e-9, "") == traction_notes(LEAST + 1e-9, "base") == ()
+    (note,) = traction_notes(LEAST, "")
+    assert note.startswith("hardly drives: its wheels grip, or its motors pull, little more")
+    (note,) = traction_notes(LEAST, "base")
+    assert note.endswith("its driven wheels carry next to nothing, it stands on 'base'")
+
+
+@pytest.mark.parametrize(("low", "driven", "found"), [(0, 4, -1), (-9, 4, 4), (-9, 0, -1)])
+def test_what_a_robot_stands_on_in_place_of_its_wheels(low: int, driven: int, found: int) -> None:
+    """The last of its contacts is its belly, in the middle."""
+    points = np.vstack((FOUR, [(0.0, 0.0)]))
+    four = resting(points, driven=tuple(range(driven)))
+    belly = dataclasses.replace(four, gaps=np.array([0.0, 0.0, 0.0, 0.0, low]))
+    assert carrier(belly, weight()) == found
+    assert carrier(belly, weight(x=0.02)) == found

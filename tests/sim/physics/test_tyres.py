@@ -227,9 +227,10 @@ def test_it_leans_by_how_high_its_weight_is() -> None:
     assert low == pytest.approx(expected)
 
 
-def test_wheels_that_nothing_drives_neither_pull_nor_brake() -> None:
+@pytest.mark.parametrize("free", [("a", "b"), ()])
+def test_wheels_that_nothing_drives_neither_pull_nor_brake(free: tuple[str, ...]) -> None:
     all_four = tuned(robot(friction=dict.fromkeys("abcd", 0.5), torque=900.0))[1].steady
-    rear = {"left": ("c",), "right": ("d",), "free": ("a", "b"), "torque": 900.0}
+    rear = {"left": ("c",), "right": ("d",), "free": free, "torque": 900.0}
     half = tuned(robot(friction=dict.fromkeys("abcd", 0.5), **rear))[1].steady
     assert all_four == pytest.approx(0.8 * 0.5 * 9.81)
     assert half == pytest.approx(0.8 * 0.5 * 9.81 / 2)

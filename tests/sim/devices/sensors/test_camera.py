@@ -160,6 +160,11 @@ CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
             plugin(REMAPPED.format("<remapping>~/image_raw:=seen</remapping>")),
             {"topic": "seen", "info_topic": "eye/camera_info"},
         ),
+        (  # a target of several parts is whole
+            False,
+            plugin(NAMED + REMAPPED.format("<remapping>~/image_raw:=front/rgb</remapping>")),
+            {"topic": "front/rgb", "info_topic": "left/camera_info"},
+        ),
         (False, plugin(""), {"topic": "eye/image_raw"}),
         (False, plugin(NAMED + REMAPPED.format(SPACE)), {"topic": "/r1/left/image_raw"}),
         (False, plugin(REMAPPED.format(SPACE)), {"topic": "/r1/eye/image_raw"}),

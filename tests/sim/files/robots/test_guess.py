@@ -166,6 +166,8 @@ def test_a_guess_says_what_it_is() -> None:
     none = urdf_file()
     assert not guess_drive(none, wheeled(CORNERS[:1])).wheels
     assert "has no drive: neither a drive plugin nor wheels on both sides" in str(list(none.notes))
+    assert not guess_drive(none, wheeled(CORNERS[:1]), has_plugin=True).wheels
+    assert "its drive plugin names no wheels, and there are none on both" in str(list(none.notes))
 
 
 @pytest.mark.parametrize(

@@ -275,3 +275,17 @@ def test_planar_drives_have_true_odometry(kind: DriveKind, source: str, from_wor
         odometry_frame="o",
         from_world=from_world,
     )
+
+
+@pytest.mark.parametrize(
+    ("file", "torque"),
+    [
+        ("libgazebo_ros_diff_drive.so", 5.0),  # reads <wheelTorque> alone
+        ("libgazebo_ros_skid_steer_drive.so", 0.1),
+    ],
+)
+def test_a_drive_of_two_sides_reads_no_plain_torque(file: str, torque: float) -> None:
+    found, notes = read(SIDES + "<torque>0.1</torque>", file=file)
+    assert found is not None
+    assert found.torque == torque
+    assert notes == ()

@@ -11,7 +11,7 @@ import pytest
 
 from arjuna_core.errors import RobotError
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.robots.stand_up import stand_up
+from arjuna_sim.files.robots.stand_up import stand_up, without_frames
 from arjuna_sim.files.urdf.gazebo import read_tags
 from arjuna_sim.files.urdf.links_and_joints import read_urdf
 from arjuna_sim.files.xml_file import XmlFile
@@ -167,3 +167,40 @@ def test_the_note_and_the_file_say_how_it_is_turned(rpy: tuple[float, ...]) -> N
     written = read_urdf(XmlFile(xml.path, "robot", RobotError, up.text.encode()))
     assert (written.root, written.links, written.joints) == (up.root, up.links, up.joints)
     assert up.T_root("base").rotation() == pytest.approx(turn @ lying.T_root("base").rotation())
+
+
+def within(frames: str, base: str = "", kind: str = "fixed") -> tuple[Urdf, XmlFile]:
+    """Return a robot below frames, each fixed to the one before, without those it moves in."""
+    names = [*frames.split(), "base"]
+    links = "".join(f"<link name='{name}'>{base * (name == 'base')}</link>" for name in names)
+    joints = "".join(
+        f"<joint name='{child}_joint' type='{kind}'><parent link='{parent}'/>"
+        f"<child link='{child}'/><origin xyz='0 0 1'/><axis xyz='0 0 1'/></joint>"
+        for parent, child in itertools.pairwise(names)
+    )
+    drive = (
+        "<gazebo><plugin name='p' filename='f'><odometryFrame>o</odometryFrame></plugin></gazebo>"
+    )
+    text = f"<robot name='r'>{links}{joints}{PAIR}{drive}</robot>"
+    xml = XmlFile(Path("r.urdf"), "robot", RobotError, text.encode())
+    urdf = read_urdf(xml)
+    return without_frames(xml, urdf, read_tags(xml, urdf)), xml
+
+
+@pytest.mark.parametrize("frames", ["odom", "map odom", "o", ""])
+def test_frames_that_a_robot_moves_in_are_no_part_of_it(frames: str) -> None:
+    urdf, xml = within(frames)
+    assert urdf.root == "base"
+    assert sorted(urdf.links) == ["base", "left_wheel", "right_wheel"]
+    assert [joint.parent for joint in urdf.joints.values()] == ["base", "base"]
+    assert [name for name in ("map", "odom", "base_joint") if f'"{name}"' in urdf.text] == []
+    assert len(texts(xml.notes)) == len(frames.split())
+
+
+@pytest.mark.parametrize(
+    ("frames", "kind"), [("world", "fixed"), ("stand", "fixed"), ("odom", "continuous")]
+)
+def test_other_roots_stay(frames: str, kind: str) -> None:
+    urdf, xml = within(frames, kind=kind)
+    assert urdf.root == frames
+    assert not xml.notes

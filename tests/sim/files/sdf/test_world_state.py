@@ -47,3 +47,22 @@ def test_models_that_were_stretched_are_so_where_they_were(
         assert (points.max(axis=0) - points.min(axis=0)).tolist() == pytest.approx(extent)
     assert parts[0].pose.position == pytest.approx((7.0, 8.0, 1.0))
     assert any("<scale>" in text for text in texts(world.notes)) is ("much" in scale)
+
+
+@pytest.mark.parametrize(
+    ("plugin", "x", "long"),
+    [
+        ("", 7.0, 7.0),
+        ("<plugin filename='f' name='p'/>", 7.0, 7.0),
+        ("<plugin filename='gz-sim-physics-system' name='gz::sim::systems::Physics'/>", 0.0, 1.0),
+        ("<plugin filename='f' name='ignition::gazebo::systems::Physics'/>", 0.0, 1.0),
+    ],
+)
+def test_worlds_of_gazebo_sim_have_no_state(
+    tmp_path: Path, plugin: str, x: float, long: float
+) -> None:
+    path = tmp_path / "saved.sdf"
+    text = plugin + MODEL.format(BOX) + STATE.format("7 1 1")
+    path.write_text(f"<sdf version='1.6'><world name='w'>{text}</world></sdf>", encoding="utf-8")
+    part = next(body.part for body in load_world(path).bodies if body.model == "m")
+    assert (part.pose.position[0], part.shape.size[0]) == pytest.approx((x, long))
