@@ -134,12 +134,18 @@ class Navigator:
         return requests, None if going_on else self._failure()
 
     def _failure(self) -> Finish:
-        """Return the end with the lowest of the error codes on the blackboard, as Nav2 does."""
+        """Return the end with the lowest of the error codes on the blackboard, as Nav2 does.
+
+        Where the tree has no port for messages, it is what the code's action said.
+        """
         codes = [(code, name) for name in self._codes for code in [self._board.get(name)] if code]
+        said = self._tree.failures
         if not codes:
-            return Finish(Ending.ABORTED, 0, "the behavior tree failed, without an error code")
+            last = next((f": {text}" for text in reversed(said.values()) if text), "")
+            reason = f"the behavior tree failed, without an error code{last}"
+            return Finish(Ending.ABORTED, 0, reason)
         code, name = min(codes)
-        message = self._board.get(name.replace("error_code", "error_msg"))
+        message = self._board.get(name.replace("error_code", "error_msg")) or said.get(int(code))
         return Finish(Ending.ABORTED, int(code), str(message or f"error code {code}"))
 
     def trouble(self) -> str:

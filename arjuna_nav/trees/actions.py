@@ -171,7 +171,11 @@ class _OfPaths(TreeNode):
 
 
 class TruncatePath(_OfPaths):
-    """Leaves out of a path what is near its end, but two poses; the last one faces the end."""
+    """Leaves out of a path what is near its end, but two poses; the last one faces the end.
+
+    Where all of it is near, as of a robot that has come up to what it follows, both are its start:
+    Nav2 keeps the pose after it, which is within its tolerances, and ours go to it exactly.
+    """
 
     distance = Port(NUMBER, 1.0)
     input_path = Port(PATH)
@@ -184,6 +188,8 @@ class TruncatePath(_OfPaths):
         gaps = path[-1, :2] - path[:, :2]
         far = np.flatnonzero(np.hypot(*gaps.T) >= self.distance)
         kept = path[: max(far[-1] + 1 if len(far) else 0, 2)].copy()
+        if len(far) < 2:
+            kept[:, :2], gaps = kept[0, :2], gaps[:1].repeat(len(kept), axis=0)
         dx, dy = gaps[len(kept) - 1].tolist()
         kept[-1, 2] = math.atan2(dy, dx)
         return self._write(kept, path)

@@ -130,6 +130,8 @@ class Action(Asking):
     def _take(self, answer: Answer) -> Status:
         self.error_code_id = 0 if answer.succeeded else answer.code
         self.error_msg = "" if answer.succeeded else answer.message
+        if not answer.succeeded:
+            self.tree.note_failure(answer.code, answer.message)
         return super()._take(answer)
 
 

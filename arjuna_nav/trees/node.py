@@ -88,10 +88,20 @@ class TreeNode:
         key = entry(text) if text is not None else None
         if key is not None:
             self._entries[name] = self.board.entry(key)
-        elif text is not None:
+        elif text is not None and not self._is_left_empty(text, port):
             self._values[name] = literal(text, port, f"<{self.name}>: port '{name}'")
         elif port.default is not REQUIRED:
             self._values[name] = port.default
+
+    def _is_left_empty(self, text: str, port: Port) -> bool:
+        """Return whether a text is what Groot writes of a port that nobody has filled in."""
+        if text.strip():
+            return False
+        try:
+            literal(text, port, "")
+        except TreeError:
+            return True
+        return False
 
     def execute(self) -> Status:
         """Tick the node, unless its conditions decide, and keep its status."""
@@ -270,6 +280,7 @@ class Tree:
         root: Its uppermost node.
         state: The state of the robot and the requests in this tick.
         calls: The services that its nodes offer; each returns why it refuses, or nothing.
+        failures: What actions last said of each error code with which they failed, in that order.
     """
 
     root: TreeNode
@@ -280,6 +291,7 @@ class Tree:
         self.state = TreeState(0.0)
         self.asking: list[TreeNode] = []
         self.calls: dict[str, Callable[[], str]] = {}
+        self.failures: dict[int, str] = {}
         self._commands: list[Ask | Withdraw] = []
         self._changes: list[StatusChange] = []
         self._last_key = 0
@@ -300,6 +312,11 @@ class Tree:
     def withdraw(self, key: int) -> None:
         """Withdraw a request."""
         self._commands.append(Withdraw(key))
+
+    def note_failure(self, code: int, message: str) -> None:
+        """Keep what an action said as it failed, also where no port of the tree takes it."""
+        self.failures.pop(code, None)
+        self.failures[code] = message
 
     def log(self, node: TreeNode, before: Status, after: Status) -> None:
         """Note a node's change of status."""

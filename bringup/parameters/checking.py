@@ -34,6 +34,7 @@ from bringup.stack import (
     LOCAL_COSTMAP,
     PROGRAMS,
     SIM,
+    SLAM_TOOLBOX,
     STACKS,
     VELOCITY_CHAIN,
     NodeSpec,
@@ -49,6 +50,7 @@ _TWICE = "it stands twice in one place of the file: the last alone holds"
 _NAMED_FILES = {
     ("docking_server", "dock_database"): "no dock has a name",
     ("route_server", "graph_filepath"): "no graph is loaded",
+    (SLAM_TOOLBOX.name, "map_file_name"): "a new map is begun",
 }
 _LATTICE_KEY = ".lattice_filepath"
 _LATTICE = re.compile(r"/sample_primitives/.*/([\d.]+)m_turning_radius/(?!ackermann/)")
@@ -136,7 +138,7 @@ def checked(
     after, remarks, problems = understand(source.values, below, nodes, namespace, base)
     remarks += [Remark(Kind.UNKNOWN, where, _TWICE) for where in sorted(source.repeated)]
     remarks += _without_missing_masks(after, further)
-    remarks += _without_missing_files(after)
+    remarks += _without_missing_files(after, bool(source.lines))
     remarks += _without_other_trees(after, problems)
     problems += problems_of(
         after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
@@ -234,13 +236,20 @@ def _without_missing_masks(parameters: Parameters, further: Iterable[NodeSpec]) 
     return remarks
 
 
-def _without_missing_files(parameters: Parameters) -> list[Remark]:
-    """Leave out the files that nobody has: launch files fill them in, or they are Nav2's own."""
+def _without_missing_files(parameters: Parameters, of_file: bool) -> list[Remark]:
+    """Leave out the files that nobody has: launch files fill them in, or they are Nav2's own.
+
+    Args:
+        of_file: Whether a file names them; a graph that the command line asks for must exist.
+    """
     remarks = []
     for (node, key), reason in _NAMED_FILES.items():
-        name = str(parameters.get(node, {}).get(key) or "")
-        if name and not Path(name).exists():
-            del parameters[node][key]
+        values = parameters.get(node, {})
+        name, folder = str(values.get(key) or ""), Path(str(values.get("maps_folder") or "."))
+        paths = Path(name), folder / name, folder / f"{name}.posegraph"
+        asked = node == SLAM_TOOLBOX.name and not of_file
+        if name and not asked and not any(path.exists() for path in paths):
+            del values[key]
             where = f"{node}: {key}"
             remarks.append(Remark(Kind.NO_EFFECT, where, f"there is no {name}: {reason}"))
     values = parameters.get("planner_server", {})

@@ -18,12 +18,13 @@ from arjuna_core.files.yaml_file import read_nodes, read_yaml
 
 Parameters = dict[str, dict[str, Any]]
 _KEY = "ros__parameters"
-_ROS1 = "a file of ROS 1: 'python -m bringup params convert FILE'"
+_ROS1 = "one of ROS 1: 'python -m bringup params convert FILE'"
 _MAPPINGS = "a list of mappings, as of ROS 1, no node of ROS 2 reads: name each, as filter1: {...}"
 _OTHERS = {
     "image": "a map: 'nav --map FILE', or a mask server's yaml_filename",
     "features": "a graph of routes: route_server's graph_filepath",
     "docks": "a list of docks: docking_server's dock_database",
+    "waypoints": "a list of waypoints: 'tour FILE' drives to poses in the map",
     "ros_topic_name": "of ros_gz_bridge: its config_file",
     "Visualization Manager": "RViz's: 'view --config FILE'",
     "configById": "a layout of Foxglove, which 'view --foxglove' serves",

@@ -367,3 +367,15 @@ def test_a_tree_that_lacks_an_entry_ends_the_goal_and_its_requests() -> None:
     assert end is not None
     assert (end.ending, end.error_code) == (Ending.ABORTED, 0)
     assert "none is not on the blackboard" in end.error_msg
+
+
+@pytest.mark.parametrize("named", [True, False])
+def test_a_tree_without_ports_for_messages_ends_with_what_its_action_said(named: bool) -> None:
+    port = ' error_code_id="{wait_error_code}"' if named else ""
+    text = f'<root><BehaviorTree ID="T"><Spin{port}/></BehaviorTree></root>'
+    tree = build_tree(text, "mine.xml")
+    navigator = Navigator(tree, NavigatorConfig(), ("wait_error_code",), (GOAL,), 0.0)
+    navigator.tick(TreeState(0.1))
+    _, end = navigator.tick(TreeState(0.2, answers={1: BLOCKED}))
+    reason = "" if named else "the behavior tree failed, without an error code: "
+    assert end == Finish(Ending.ABORTED, 703 if named else 0, f"{reason}collision ahead")

@@ -126,9 +126,10 @@ class Dwb(PathController):
             min(v_max, velocity.x + config.acc_lim_x * reach),
             config.vx_samples,
         )
+        drift = min(max(velocity.y, config.min_vel_y), config.max_vel_y)  # as Nav2: not what slips
         side = _spaced(
-            max(config.min_vel_y, -fastest, velocity.y - config.acc_lim_y * reach),
-            min(side_max, velocity.y + config.acc_lim_y * reach),
+            max(config.min_vel_y, -fastest, drift - config.acc_lim_y * reach),
+            min(side_max, drift + config.acc_lim_y * reach),
             config.vy_samples,
         )
         w = _spaced(

@@ -23,6 +23,8 @@ _FADING = "spatio_temporal_voxel_layer"
 _PLANAR = 0, 1, 5  # of x, y, z, roll, pitch, yaw
 LATER_CLASSES: dict[str, str | None] = _TABLES["later"]
 """Each with the class that does its work, but for what is new; None where none does."""
+LIMITS = {ours: tuple(theirs.split()) for ours, theirs in _TABLES["limits"].items()}
+"""A controller's limits, each with what controllers of others call it."""
 _CRITICS = frozenset(_TABLES["critics"].split())
 
 

@@ -14,6 +14,7 @@ from bringup.parameters.foreign import nav2
 from bringup.parameters.remarks import Kind, Remark
 
 _PRIMARY = "primary_controller"
+_CONTROLLERS = "controller_server"
 _NAMED_BY_NAV2 = ("goal_checker", "simple_smoother", "wait_at_waypoint")
 """Names of which Nav2 knows the class, beside our own defaults."""
 _OURS = "in Python: docs/plugins.md"
@@ -150,8 +151,19 @@ class ForeignPlugins:
     def _replace(self, name: str, key: str, cls: str, ours: str, values: dict[str, Any]) -> None:
         values[key] = self.changed[key] = ours
         self.replaced.add(name)
+        limits = "".join(f", {own} {value:g}" for own, value in self._limits(name, values))
         text = f"{_origin(cls)}: {ours} stands in for it, with what it has of the parameters"
-        self._remark(name, f"{text}; {_OURS}", True)
+        self._remark(name, f"{text}{limits}; {_OURS}", True)
+
+    def _limits(self, name: str, values: dict[str, Any]) -> Iterator[tuple[str, float]]:
+        """Give what stands in the limits that have another name; yield each with its value."""
+        for ours, theirs in nav2.LIMITS.items() if self.node == _CONTROLLERS else ():
+            own = f"{name}.{ours}"
+            found = [values[key] for key in (f"{name}.{each}" for each in theirs) if key in values]
+            found = [value for value in found if isinstance(value, float | int) and value > 0.0]
+            if found and own not in values:
+                values[own] = self.changed[own] = float(min(found))
+                yield ours, values[own]
 
     def _remark(self, name: str, reason: str, safety: bool = False) -> None:
         safety = safety or self.node in nav2.COSTMAPS

@@ -44,6 +44,7 @@ def test_every_node_gets_the_wildcard_under_its_own() -> None:
         ("a: 3", "a: expected 'node: "),
         ("{image: a.pgm, resolution: 0.05}", "parameters; it is a map: 'nav --map FILE'"),
         ("[{ros_topic_name: scan}]", "parameters; it is of ros_gz_bridge: its config_file"),
+        ("waypoints: [{x: 1.0}]", "it is a list of waypoints: 'tour FILE' drives to poses"),
         ("a: {ros_parameters: {x: 1}}", "a: no node's .* 'ros_parameters'; .*'ros__parameters'"),
         ("a: {ros__parameters: 3}", r"a\.ros__parameters: must map names to values"),
         ("a: {ros__parameters: {b: {c: [{d: 1}]}}}", r"a\.b\.c: a list of mappings, as of ROS 1"),

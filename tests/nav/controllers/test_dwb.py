@@ -315,6 +315,16 @@ def test_no_tolerance_stops_it_short_of_the_goal_checkers(tolerance: float | Non
     assert velocity.x > 0.0
 
 
+@pytest.mark.parametrize("drift", [-0.004, 0.0, 0.004])
+def test_a_robot_that_slips_sideways_turns_at_the_goal_all_the_same(drift: float) -> None:
+    there = SE2((LAST + 0.5) * 0.05, (ROW + 0.5) * 0.05, GOAL_YAW - 1.0)
+    case = Case(DwbConfig(min_vel_y=0.0, max_vel_y=0.0, acc_lim_y=0.0), there, Velocity(y=drift))
+    chosen = case.chosen()
+    assert chosen is not None
+    assert (chosen.x, chosen.y) == (0.0, 0.0)
+    assert chosen.yaw_rate > 0.0
+
+
 BACK, FORTH, STRAFE_RIGHT, STRAFE_LEFT, RIGHT, LEFT = range(6)
 V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
 

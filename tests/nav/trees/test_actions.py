@@ -82,7 +82,7 @@ def test_goals_are_made_of_others(node: str, made: tuple[SE2, ...] | None) -> No
 
 @pytest.mark.parametrize(
     ("given", "last"),
-    [("", 1.5), ('distance="0.9"', 1.5), ('distance="0.1"', 2.0), ('distance="7"', 0.5)],
+    [("", 1.5), ('distance="0.9"', 1.5), ('distance="0.1"', 2.0)],
 )
 def test_the_end_of_a_path_is_left_out(given: str, last: float) -> None:
     path = np.array([[0.5 * i, 0.0, 0.0] for i in range(6)])
@@ -92,6 +92,14 @@ def test_the_end_of_a_path_is_left_out(given: str, last: float) -> None:
     assert isinstance(short, np.ndarray)
     assert short[-1, 0] == last
     np.testing.assert_array_equal(short, path[: len(short)])
+
+
+def test_who_is_near_enough_to_the_end_stands_and_faces_it() -> None:
+    path = np.array([[1.0, 0.0, 0.1], [1.0, 0.5, 0.2], [0.0, 0.5, 0.3]])
+    play = Play('<TruncatePath input_path="{path}" output_path="{out}" distance="7"/>', path=path)
+    assert play.tick() is SUCCESS
+    there = [1.0, 0.0, math.atan2(0.5, -1.0)]
+    assert play.get("out") == pytest.approx(np.array([path[0], there]))
 
 
 def test_the_last_pose_of_a_cut_path_faces_the_end_as_the_crow_flies() -> None:

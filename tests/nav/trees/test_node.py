@@ -45,6 +45,15 @@ def test_what_a_node_must_be_given_is_said(xml: str, entries: dict[str, object],
     assert says in str(error.value)
 
 
+def test_what_groot_leaves_empty_is_not_given() -> None:
+    play = Play('<ComputePathToPose goal="{goal}" start="" path="" error_code_id=""/>', goal=SE2())
+    assert play.tick() is RUNNING
+    assert play.tick(ComputePathToPose=True) is SUCCESS
+    nothing = Play('<ComputePathToPose goal=""/>')
+    with pytest.raises(TreeError, match="port 'goal'"):
+        nothing.tick()
+
+
 @pytest.mark.parametrize(
     ("text", "name"), [("{goal}", "goal"), (" {a_b} ", "a_b"), ("{goal", None), ("goal}", None)]
 )

@@ -286,3 +286,35 @@ def test_a_name_for_every_node_that_none_has_is_named(tmp_path: Path) -> None:
     assert [str(remark) for remark in found.remarks] == [
         "unknown: /**: transform_tolerence: no node has it; the nearest is 'transform_tolerance'"
     ]
+
+
+@pytest.mark.parametrize("suffix", ["", ".posegraph"])
+def test_a_graph_that_nobody_has_is_left_out_unless_it_is_asked_for(
+    suffix: str, tmp_path: Path
+) -> None:
+    graph = tmp_path / "room"
+    named = f"slam_toolbox: {{ros__parameters: {{map_file_name: {graph}{suffix}}}}}"
+    file = written(tmp_path, named)
+    found = check_file(file)
+    assert "map_file_name" not in found.parameters["slam_toolbox"]
+    assert any("room" in str(one) and "a new map is begun" in str(one) for one in found.remarks)
+    asked = ["slam", "--param", f"map_file_name:={graph}"]
+    assert gather(parse(asked))["slam_toolbox"]["map_file_name"] == str(graph)
+    graph.with_suffix(".posegraph").touch()
+    assert check_file(file).parameters["slam_toolbox"]["map_file_name"] == f"{graph}{suffix}"
+
+
+def test_a_tree_of_before_humble_is_the_one_that_runs(tmp_path: Path) -> None:
+    def tree(name: str) -> tuple[str, list[str]]:
+        text = f"bt_navigator: {{ros__parameters: {{default_bt_xml_filename: {name}}}}}"
+        found = check_file(written(tmp_path, text))
+        ran = found.parameters["bt_navigator"].get("default_nav_to_pose_bt_xml", "")
+        return ran, [str(one) for one in found.remarks]
+
+    own = tmp_path / "own.xml"
+    own.write_text('<root><BehaviorTree ID="T"><Wait/></BehaviorTree></root>', encoding="utf-8")
+    assert tree(str(own)) == (str(own), [])
+    assert tree("navigate_w_replanning_and_recovery.xml") == ("", [])
+    ran, (said,) = tree("/none.xml")
+    assert not ran
+    assert "there is no behavior tree '/none.xml'; the default one runs" in said

@@ -246,6 +246,20 @@ def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
     assert held.startswith(expected) if isinstance(held, str) else held[: len(expected)] == expected
 
 
+@pytest.mark.parametrize("shim", [False, True])
+def test_what_stands_in_for_a_controller_keeps_the_limits_of_its_file(shim: bool) -> None:
+    own = {"FollowPath.plugin": "ours::Bands", "FollowPath.max_vel_x": 0.2}
+    if shim:
+        own |= {**SHIM, "FollowPath.primary_controller": "ours::Bands"}
+    given = {**own, "FollowPath.max_speed_xy": 3, "FollowPath.acc_lim_theta": 0.0}
+    found = understood({"controller_server": given})
+    assert "desired_linear_vel 0.2;" in str(found.remarks[0])
+    held = {"desired_linear_vel": 0.2, "max_angular_accel": 3.2}
+    assert all(value(found, "controller_server", f"FollowPath.{k}") == v for k, v in held.items())
+    said = {"controller_server": {**given, "FollowPath.desired_linear_vel": 0.3}}
+    assert value(understood(said), "controller_server", "FollowPath.desired_linear_vel") == 0.3
+
+
 @pytest.mark.parametrize(
     ("node", "given", "key", "expected"),
     [
