@@ -113,6 +113,15 @@ def _read_waypoint(xml: XmlFile, waypoint: Element, label: str) -> tuple[float, 
     return time, SE2(values[0], values[1], values[5])
 
 
+def _note_pace(xml: XmlFile, world: Element) -> None:
+    """Note a pace of time that the file asks for: the simulator's user says it."""
+    with leaving_out(xml, "<physics>"):
+        factor = xml.number(world.find("physics"), "real_time_factor", 1.0, "<physics>")
+        if factor not in (0.0, 1.0):
+            pace = f"time runs at 1, unless '--rtf {max(0.0, factor):g}' says so"
+            xml.note(f"<real_time_factor> {factor:g}: {pace}", NoteKind.IGNORED)
+
+
 def _flag(text: str | None, default: bool) -> bool:
     return default if text is None else is_true(text)
 
@@ -205,6 +214,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     for plugin in world.iter("plugin"):
         if id(plugin) not in known and not is_done(plugin):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
+    _note_pace(xml, world)
     look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
     flat = (Kind.PLANE, Kind.TERRAIN)

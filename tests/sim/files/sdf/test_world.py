@@ -131,6 +131,15 @@ def test_what_is_broken_is_left_out_and_the_rest_stands(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("factor", "noted"), [("1.0", False), ("0", False), ("2", True), ("fast", True)]
+)
+def test_a_pace_that_the_file_asks_for_is_noted(tmp_path: Path, factor: str, noted: bool) -> None:
+    tag = f"<physics type='ode'><real_time_factor>{factor}</real_time_factor></physics>"
+    world = _loaded(tmp_path, tag + _static(_link(BOX)))
+    assert any("real_time_factor" in text for text in texts(world.notes)) == noted
+
+
+@pytest.mark.parametrize(
     ("tag", "most"), [("latitude_deg", 90.0), ("longitude_deg", -360.0), ("heading_deg", 360.0)]
 )
 def test_a_place_on_earth_has_angles_up_to_a_turn(tmp_path: Path, tag: str, most: float) -> None:
