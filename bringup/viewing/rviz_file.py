@@ -14,17 +14,19 @@ from arjuna_core.errors import ConfigError, InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.viewing.displays.base import (
+    ALL,
     DISPLAYS,
     PIXELS,
+    SHOWN,
     DisplaySpec,
     properties_of,
     settings_of,
 )
+from bringup.viewing.rviz_view import View, read_view
 
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here
 _OTHER_NAMES = {
     "Camera": "Image",
-    "Axes": "TF",
     "WrenchStamped": "Wrench",
 }
 """Displays of RViz that are shown by another one of ours."""
@@ -65,6 +67,7 @@ class RvizFile:
     displays: tuple[DisplaySpec, ...]
     unsupported: tuple[str, ...] = ()
     document: Mapping[str, Any] | None = None
+    view: View | None = None
 
 
 def read_rviz(path: Path) -> RvizFile:
@@ -93,7 +96,12 @@ def read_rviz(path: Path) -> RvizFile:
         others = [part for part in _mappings(parts) if not _OF_RVIZ(_class(part))]
         unsupported += [f"{what} {_named(part)}" for part in others]
     frame = str((manager.get("Global Options") or {}).get("Fixed Frame", "")).lstrip("/")
-    return RvizFile(frame, tuple(displays), tuple(unsupported), document)
+    views = manager.get("Views")
+    current = views.get("Current") if isinstance(views, dict) else None
+    view = read_view(current, frame) if isinstance(current, dict) else None
+    if view is None and isinstance(current, dict):
+        unsupported.append(f"view {_named(current)}")
+    return RvizFile(frame, tuple(displays), tuple(unsupported), document, view)
 
 
 def _class(part: Mapping[str, Any]) -> str:
@@ -231,8 +239,9 @@ def _entry(spec: DisplaySpec, was: DisplaySpec | None = None) -> dict[str, Any]:
         entry["Shape"] = {**shape, **inside}
     for key, value in found.items():
         old = entry.get(key)
-        if key == "Namespaces":
-            entry[key] = {**dict.fromkeys(old or (), True), **value}
+        if key in SHOWN:
+            named = (one for one in old or () if one != ALL)
+            entry[key] = {**dict.fromkeys(named, SHOWN[key]), **value}
         elif isinstance(old, Mapping):
             entry[key] = {**old, **(value if isinstance(value, Mapping) else {"Value": value})}
         else:
