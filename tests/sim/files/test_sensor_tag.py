@@ -123,6 +123,16 @@ def test_each_noise_is_that_of_its_own_tag(kind: str, path: str, field: str) -> 
 
 
 @pytest.mark.parametrize(
+    ("mean", "noted"), [("0.0", False), ("-0.1", True), ("none", False), ("", False)]
+)
+def test_noise_about_another_mean_is_noted(mean: str, noted: bool) -> None:
+    given = tag(nested("altimeter/vertical_position/noise/mean", mean))
+    given.deviation("altimeter/vertical_position/noise")
+    said = ("sensor 's': <noise>: its <mean> is taken to be 0",)
+    assert texts(given.xml.notes) == said * noted
+
+
+@pytest.mark.parametrize(
     ("grows", "keeps", "found"),
     [("1e-4", "400", (1e-4, 400.0)), ("1e-4", "0", None), ("0", "4", None)],
 )
