@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -38,6 +38,8 @@ _OF_RVIZ = re.compile(
     r"rviz(_common|_default_plugins)?/|nav2_rviz_plugins/(Navigation 2|GoalTool)$"
 ).match
 """Panels and tools that RViz always has, or that the viewer has a part for."""
+_USUAL = {"move_base_simple/goal": "goal_pose"}
+"""Topics of ROS 1 whose messages go elsewhere here."""
 _NAMESPACE = re.compile(r"^/?<\w+>/")
 _QOS = {
     latched: {
@@ -68,6 +70,7 @@ class RvizFile:
     unsupported: tuple[str, ...] = ()
     document: Mapping[str, Any] | None = None
     view: View | None = None
+    tools: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_rviz(path: Path) -> RvizFile:
@@ -101,7 +104,12 @@ def read_rviz(path: Path) -> RvizFile:
     view = read_view(current, frame) if isinstance(current, dict) else None
     if view is None and isinstance(current, dict):
         unsupported.append(f"view {_named(current)}")
-    return RvizFile(frame, tuple(displays), tuple(unsupported), document, view)
+    tools = {
+        _kind(tool): _USUAL.get(topic.lstrip("/"), topic)
+        for tool in _mappings(manager.get("Tools"))
+        if (topic := _topic(tool, "Topic"))
+    }
+    return RvizFile(frame, tuple(displays), tuple(unsupported), document, view, tools)
 
 
 def _class(part: Mapping[str, Any]) -> str:

@@ -88,7 +88,8 @@ class Viewer:
         listed.save, listed.load = self._save, self._load
         for spec in displays:
             self.add(spec)
-        self._look_as(config)
+        if config is not None:
+            self._work_as(config)
         server.on_client_connect(self._on_viewers)
         server.on_client_connect(self._on_newcomer)
         server.on_client_disconnect(self._on_viewers)
@@ -302,14 +303,14 @@ class Viewer:
         self._robot.frames.wanted = found.fixed_frame or "map"
         for spec in found.displays:
             self.add(spec)
-        self._look_as(found)
+        self._work_as(found)
         if found.unsupported:
             self._panel.show_tool(self._tool, f"Not shown here: {', '.join(found.unsupported)}")
 
-    def _look_as(self, config: RvizFile | None) -> None:
-        """Look from where a file does, where it says."""
-        if config is not None and config.view is not None:
-            view = config.view
+    def _work_as(self, config: RvizFile) -> None:
+        """Use tools as a file does, and look from where it does, where it says."""
+        self._robot.command_on(config.tools)
+        if (view := config.view) is not None:
             self._look("", bool(view.frame))
             self._frame = view.frame
             self._panel.follow.value = self._following

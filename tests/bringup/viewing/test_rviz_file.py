@@ -151,6 +151,17 @@ def test_a_top_view_is_turned_as_the_file_says(tmp_path: Path) -> None:
     assert view.eye[:2] == pytest.approx((-0.001, 0.0), abs=1e-6)
 
 
+def test_tools_publish_where_the_file_says(tmp_path: Path) -> None:
+    text = """Visualization Manager: {Tools: [
+      {Class: rviz_default_plugins/SetGoal, Topic: {Value: /tb1/goal_pose}},
+      {Class: rviz_default_plugins/SetInitialPose, Topic: {Value: <robot_namespace>/initialpose}},
+      {Class: rviz_default_plugins/PublishPoint}, {Class: rviz_default_plugins/Measure}]}"""
+    tools = {"SetGoal": "/tb1/goal_pose", "SetInitialPose": "initialpose"}
+    assert _read(tmp_path, text).tools == tools
+    text = "Visualization Manager: {Tools: [{Class: rviz/SetGoal, Topic: /move_base_simple/goal}]}"
+    assert _read(tmp_path, text).tools == {"SetGoal": "goal_pose"}
+
+
 def test_a_view_of_another_kind_is_said(tmp_path: Path) -> None:
     text = "Visualization Manager: {Views: {Current: {Class: own/Drone, Name: Current View}}}"
     found = _read(tmp_path, text)
