@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, remappings, text_of, value
+from arjuna_sim.files.tag_text import is_true, plain, remappings, text_of, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
@@ -96,6 +96,7 @@ def first_camera(sensors: Sequence[SensorSettings], urdf: Urdf) -> CameraSetting
 
 def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
     xml, label, lens = tag.xml, tag.label, tag.element.find("camera")
+    _note_unread(tag)
     frame = tag.text("opticalframeid", default=tag.frame).lstrip("/")
     mount = tag.mount(30.0, CameraSettings.TOPIC) | {"frame": frame}
     settings = CameraSettings(
@@ -141,15 +142,20 @@ def _distortion(tag: SensorTag, depth: bool) -> tuple[float, ...]:
 
 
 def _encoding(tag: SensorTag, depth: bool) -> str:
-    """Return how colours are written; also note what of a lens no picture shows."""
+    """Return how colours are written."""
     given = (tag.element.findtext("camera/image/format") or "R8G8B8").strip()
     encoding = _ENCODINGS.get(given.upper())
     if encoding is None and not depth:  # a format of depths is no colours'
         tag.note(f"<format> {given}: its pictures are rgb8; valid: {', '.join(_ENCODINGS)}")
+    return encoding or "rgb8"
+
+
+def _note_unread(tag: SensorTag) -> None:
     kind = (tag.element.findtext("camera/lens/type") or "gnomonical").strip()
     if kind != "gnomonical" or tag.element.find("camera/lens/intrinsics") is not None:
         tag.note("<lens>: its pictures are flat (gnomonical), as <horizontal_fov> says")
-    return encoding or "rgb8"
+    if is_true(tag.element.findtext("camera/triggered") or ""):
+        tag.note("<triggered>: it takes pictures at its rate, without being asked")
 
 
 def _view(tag: SensorTag, lens: Element | None) -> float:

@@ -147,6 +147,28 @@ def test_bias_of_an_imu_drifts_where_both_its_numbers_are_there(
     assert read("imu").gyro_drift is None
 
 
+FRAME = "imu/orientation_reference_frame/localization"
+PLUGIN = "<plugin name='p'><initial_orientation_as_reference>{}</initial_orientation_as_reference>"
+
+
+@pytest.mark.parametrize(
+    ("inside", "named"),
+    [
+        (nested("imu/enable_orientation", "false"), "<enable_orientation> false"),
+        (nested("imu/enable_orientation", "1"), None),
+        (nested(FRAME, "NED"), "<localization> NED"),
+        (nested(FRAME, " ENU "), None),
+        (PLUGIN.format("true") + "</plugin>", "<initial_orientation_as_reference> true"),
+        (PLUGIN.format("false") + "</plugin>", None),
+    ],
+)
+def test_an_orientation_that_is_not_the_worlds_is_noted(inside: str, named: str | None) -> None:
+    given = tag(inside)
+    sensor_kinds().readers["imu"](given)
+    said = () if named is None else (f"sensor 's': {named}: its orientation is the world's",)
+    assert tuple(text.removesuffix(" all the same") for text in texts(given.xml.notes)) == said
+
+
 def test_one_noise_of_a_plugin_is_all_of_an_imus() -> None:
     found = read("imu", "<plugin name='p'><gaussianNoise>0.1</gaussianNoise></plugin>")
     assert (found.gyro_noise, found.accel_noise) == (0.1, 0.1)

@@ -301,6 +301,12 @@ def test_noise_of_the_file_is_that_of_each_pixel_and_the_same_each_time(tmp_path
         ("<lens><type>gnomonical</type></lens>", False, "rgb8", None),
         ("<lens><type>stereographic</type></lens>", False, "rgb8", "<lens>: its pictures are"),
         ("<lens><intrinsics/></lens>", False, "rgb8", "<lens>: its pictures are"),
+        (
+            "<triggered>true</triggered>",
+            False,
+            "rgb8",
+            "<triggered>: it takes pictures at its rate",
+        ),
     ],
 )
 def test_colours_are_written_as_the_file_says(
