@@ -169,6 +169,16 @@ def test_a_view_of_another_kind_is_said(tmp_path: Path) -> None:
     assert found.unsupported == ("view Current View (own/Drone)",)
 
 
+def test_points_that_should_stay_are_said(tmp_path: Path) -> None:
+    text = """Visualization Manager: {Displays: [
+      {Class: rviz_default_plugins/LaserScan, Name: a, Decay Time: 10},
+      {Class: rviz_default_plugins/LaserScan, Name: b, Decay Time: 10, Enabled: false},
+      {Class: rviz_default_plugins/PointCloud2, Name: c, Decay Time: 0}]}"""
+    found = _read(tmp_path, text)
+    assert len(found.displays) == 3
+    assert found.unsupported == ("Decay Time of a (rviz_default_plugins/LaserScan)",)
+
+
 def test_frames_are_hidden_as_the_file_says(tmp_path: Path) -> None:
     text = """Visualization Manager: {Displays: [
       {Class: rviz_default_plugins/TF, Frames: {All Enabled: false, a: {Value: false},
