@@ -5,6 +5,7 @@ from __future__ import annotations
 import copy
 import dataclasses
 import re
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any, NamedTuple
 from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
@@ -135,6 +136,11 @@ class SensorTag:
         Raises:
             RobotError: It is negative.
         """
+        for path in paths:
+            mean = self.first(f"{path}/mean")
+            with suppress(ValueError):  # what is no number is Gazebo's 0
+                if mean is not None and float(mean.text or "0") != 0.0:
+                    self.note("<noise>: its <mean> is taken to be 0")
         found = (self.first(f"{path}/stddev") for path in paths)
         text = next((e.text for e in found if e is not None and e.text), None) or self.text(named)
         if not text.strip():

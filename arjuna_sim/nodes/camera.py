@@ -7,6 +7,7 @@ import io
 from functools import partial
 from typing import Any
 
+import numpy as np
 import PIL.Image
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
@@ -154,7 +155,9 @@ class CameraTopics:
             return
         if shot.color is not None:
             if self._image_out.get_subscription_count() > 0:
-                self._image_out.publish(self._image(stamp, "rgb8", shot.color))
+                encoding = self._settings.encoding
+                written = colours_as(encoding, shot.color)
+                self._image_out.publish(self._image(stamp, encoding, written))
             if self._jpeg_out.get_subscription_count() > 0:
                 self._jpeg_out.publish(self._jpeg(stamp, shot.color))
         if shot.depth is not None:
@@ -175,11 +178,14 @@ class CameraTopics:
         )
 
     def _jpeg(self, stamp: float, pixels: Any) -> CompressedImage:
-        file = io.BytesIO()
-        PIL.Image.fromarray(pixels).save(file, "JPEG", quality=_QUALITY)
+        file, encoding = io.BytesIO(), self._settings.encoding
+        is_grey = encoding == "mono8"
+        picture = PIL.Image.fromarray(colours_as(encoding, pixels) if is_grey else pixels)
+        picture.save(file, "JPEG", quality=_QUALITY)
+        inside = "mono8" if is_grey else "bgr8"
         return CompressedImage(
             header=header(self._settings.frame, stamp),
-            format="rgb8; jpeg compressed bgr8",  # as image_transport writes it
+            format=f"{encoding}; jpeg compressed {inside}",  # as image_transport writes it
             data=array.array("B", file.getvalue()),
         )
 
@@ -188,6 +194,13 @@ class CameraTopics:
         if self._thread is not None:
             self._thread.close()
             self._thread = None
+
+
+def colours_as(encoding: str, pixels: Any) -> Any:
+    """Return red, green and blue, shape (height, width, 3), as an encoding writes them."""
+    if encoding == "mono8":
+        return np.asarray(PIL.Image.fromarray(pixels).convert("L"))
+    return pixels[..., ::-1] if encoding == "bgr8" else pixels
 
 
 def beside(topic: str, name: str) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -14,17 +14,19 @@ from arjuna_core.errors import ConfigError, InputFileError
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.yaml_file import read_yaml
 from bringup.viewing.displays.base import (
+    ALL,
     DISPLAYS,
     PIXELS,
+    SHOWN,
     DisplaySpec,
     properties_of,
     settings_of,
 )
+from bringup.viewing.rviz_view import View, read_view
 
 _MOVE_BASE = "/move_base/"  # below which ROS 1 publishes what has no such place here
 _OTHER_NAMES = {
     "Camera": "Image",
-    "Axes": "TF",
     "WrenchStamped": "Wrench",
 }
 """Displays of RViz that are shown by another one of ours."""
@@ -36,6 +38,8 @@ _OF_RVIZ = re.compile(
     r"rviz(_common|_default_plugins)?/|nav2_rviz_plugins/(Navigation 2|GoalTool)$"
 ).match
 """Panels and tools that RViz always has, or that the viewer has a part for."""
+_USUAL = {"move_base_simple/goal": "goal_pose"}
+"""Topics of ROS 1 whose messages go elsewhere here."""
 _NAMESPACE = re.compile(r"^/?<\w+>/")
 _QOS = {
     latched: {
@@ -56,8 +60,8 @@ class RvizFile:
 
     Attributes:
         fixed_frame: Empty where it names none.
-        unsupported: Displays that it shows, panels and tools that nothing here is for, each with
-            its class.
+        unsupported: Displays that it shows, panels, tools and views that nothing here is for, and
+            settings that change much, each with its class.
         document: All of the file; the displays' `rviz` are parts of it.
     """
 
@@ -65,6 +69,8 @@ class RvizFile:
     displays: tuple[DisplaySpec, ...]
     unsupported: tuple[str, ...] = ()
     document: Mapping[str, Any] | None = None
+    view: View | None = None
+    tools: Mapping[str, str] = field(default_factory=dict)
 
 
 def read_rviz(path: Path) -> RvizFile:
@@ -87,13 +93,25 @@ def read_rviz(path: Path) -> RvizFile:
         spec = _spec(display, shown)
         if spec is not None:
             displays.append(spec)
+            if shown and display.get("Decay Time") not in (None, 0):
+                unsupported.append(f"Decay Time of {_named(display)}")
         elif shown and _kind(display) != "Grid":
             unsupported.append(_named(display))
     for what, parts in (("panel", document.get("Panels")), ("tool", manager.get("Tools"))):
         others = [part for part in _mappings(parts) if not _OF_RVIZ(_class(part))]
         unsupported += [f"{what} {_named(part)}" for part in others]
     frame = str((manager.get("Global Options") or {}).get("Fixed Frame", "")).lstrip("/")
-    return RvizFile(frame, tuple(displays), tuple(unsupported), document)
+    views = manager.get("Views")
+    current = views.get("Current") if isinstance(views, dict) else None
+    view = read_view(current, frame) if isinstance(current, dict) else None
+    if view is None and isinstance(current, dict):
+        unsupported.append(f"view {_named(current)}")
+    tools = {
+        _kind(tool): _USUAL.get(topic.lstrip("/"), topic)
+        for tool in _mappings(manager.get("Tools"))
+        if (topic := _topic(tool, "Topic"))
+    }
+    return RvizFile(frame, tuple(displays), tuple(unsupported), document, view, tools)
 
 
 def _class(part: Mapping[str, Any]) -> str:
@@ -231,8 +249,9 @@ def _entry(spec: DisplaySpec, was: DisplaySpec | None = None) -> dict[str, Any]:
         entry["Shape"] = {**shape, **inside}
     for key, value in found.items():
         old = entry.get(key)
-        if key == "Namespaces":
-            entry[key] = {**dict.fromkeys(old or (), True), **value}
+        if key in SHOWN:
+            named = (one for one in old or () if one != ALL)
+            entry[key] = {**dict.fromkeys(named, SHOWN[key]), **value}
         elif isinstance(old, Mapping):
             entry[key] = {**old, **(value if isinstance(value, Mapping) else {"Value": value})}
         else:

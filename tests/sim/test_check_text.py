@@ -222,8 +222,9 @@ def test_a_world_is_reported_model_by_model(tmp_path: Path) -> None:
         "  sign at 0 0 0: solid: nothing; drawn: 1",
         "  ground_plane at 0 0 0: solid: 1 plane; drawn: 1",
         "  actor bob",
-        "not simulated, or otherwise than the file says (2):",
+        "not simulated, or otherwise than the file says (3):",
         "  - actor 'bob': an upright cylinder stands for its skin",
+        "  - model 'sign': is only drawn, so no lidar sees it",
         "  - has no ground plane: one is put at height 0",
     ]
     assert Found(("a", "b"), ()).text() == "a\nb\nall understood"

@@ -9,12 +9,18 @@ from typing import Any, ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
-from arjuna_sim.files.tag_text import plain, remappings, text_of, value
+from arjuna_sim.files.tag_text import is_true, plain, remappings, text_of, value
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
 _PIXELS_MAX = 4096  # along a side: more than MuJoCo's off-screen buffer can hold
 _WIDEST = 2.8  # field of view of a flat picture [rad]
+_ENCODINGS = {
+    **dict.fromkeys(("R8G8B8", "RGB_INT8"), "rgb8"),
+    **dict.fromkeys(("B8G8R8", "BGR_INT8"), "bgr8"),
+    **dict.fromkeys(("L8", "L_INT8"), "mono8"),
+}
+"""SDF's formats of colours, by ROS's names of them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -30,6 +36,7 @@ class CameraSettings(SensorSettings):
         distortion: k1, k2, p1, p2 and k3 of its lens; none for an ideal one.
         depth_near: It measures no less [m].
         depth_far: And no more [m].
+        encoding: How a picture's colours are written: rgb8, bgr8 or mono8.
     """
 
     TITLE: ClassVar[str] = "camera"
@@ -50,6 +57,7 @@ class CameraSettings(SensorSettings):
     distortion: tuple[float, ...] = ()
     depth_near: float = 0.0
     depth_far: float = math.inf
+    encoding: str = "rgb8"
 
     @property
     def title(self) -> str:
@@ -88,6 +96,7 @@ def first_camera(sensors: Sequence[SensorSettings], urdf: Urdf) -> CameraSetting
 
 def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
     xml, label, lens = tag.xml, tag.label, tag.element.find("camera")
+    _note_unread(tag)
     frame = tag.text("opticalframeid", default=tag.frame).lstrip("/")
     mount = tag.mount(30.0, CameraSettings.TOPIC) | {"frame": frame}
     settings = CameraSettings(
@@ -100,6 +109,7 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
         depth=depth,
         noise=tag.deviation("camera/noise") or 0.0,
         distortion=_distortion(tag, depth),
+        encoding=_encoding(tag, depth),
         **(_reach(tag, lens) if depth else {}),
     )
     if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
@@ -129,6 +139,23 @@ def _distortion(tag: SensorTag, depth: bool) -> tuple[float, ...]:
     if (tag.element.findtext("camera/distortion/center") or "0.5 0.5").split() != ["0.5", "0.5"]:
         tag.note("<distortion>: its <center> is taken to be the picture's middle")
     return found
+
+
+def _encoding(tag: SensorTag, depth: bool) -> str:
+    """Return how colours are written."""
+    given = (tag.element.findtext("camera/image/format") or "R8G8B8").strip()
+    encoding = _ENCODINGS.get(given.upper())
+    if encoding is None and not depth:  # a format of depths is no colours'
+        tag.note(f"<format> {given}: its pictures are rgb8; valid: {', '.join(_ENCODINGS)}")
+    return encoding or "rgb8"
+
+
+def _note_unread(tag: SensorTag) -> None:
+    kind = (tag.element.findtext("camera/lens/type") or "gnomonical").strip()
+    if kind != "gnomonical" or tag.element.find("camera/lens/intrinsics") is not None:
+        tag.note("<lens>: its pictures are flat (gnomonical), as <horizontal_fov> says")
+    if is_true(tag.element.findtext("camera/triggered") or ""):
+        tag.note("<triggered>: it takes pictures at its rate, without being asked")
 
 
 def _view(tag: SensorTag, lens: Element | None) -> float:

@@ -8,8 +8,11 @@ from typing import ClassVar
 
 from arjuna_core.config import angle_param, fixed, yaw_rate_param
 from arjuna_sim.files.sensor_tag import SensorTag
+from arjuna_sim.files.tag_text import flag, is_true
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
+
+_AS_FIRST = "initialorientationasreference"
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,7 @@ def read(tag: SensorTag) -> list[ImuSettings]:
     """
     if tag.element.tag == "plugin":
         return [_of_plugin(tag)]
+    _note_orientation(tag)
     gyro = (_noise(tag, "angular_velocity"), "imu/noise/rate", "imu/noise/rates")
     accel = (_noise(tag, "linear_acceleration"), "imu/noise/accel")
     return [
@@ -77,6 +81,21 @@ def read(tag: SensorTag) -> list[ImuSettings]:
             accel_drift=tag.drift(accel[0]),
         )
     ]
+
+
+def _note_orientation(tag: SensorTag) -> None:
+    """Note an orientation that is not to be the world's, or not to be there."""
+    enabled = tag.element.findtext("imu/enable_orientation") or "true"
+    path = "imu/orientation_reference_frame/localization"
+    frame = (tag.element.findtext(path) or "ENU").strip()
+    asked = (
+        ("enable_orientation", enabled, not is_true(enabled)),
+        ("localization", frame, frame != "ENU"),
+        ("initial_orientation_as_reference", "true", flag(tag.element, False, _AS_FIRST)),
+    )
+    for name, text, is_other in asked:
+        if is_other:
+            tag.note(f"<{name}> {text}: its orientation is the world's all the same")
 
 
 def _noise(tag: SensorTag, part: str) -> str:

@@ -7,6 +7,7 @@ import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, ClassVar
+from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.config import fixed, share_param
 from arjuna_sim.files.sensor_tag import SensorTag
@@ -204,14 +205,15 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
     ray = tag.first("ray", "lidar")
     across = None if ray is None else ray.find("scan/horizontal")
     xml, label = tag.xml, tag.label
-    samples = xml.count(across, "samples", 360, label)
+    samples = _samples(tag, across, 360)
     angle_min = xml.number(across, "min_angle", -math.pi, label)
     angle_max = xml.number(across, "max_angle", math.pi, label)
     range_min = value(xml, tag.element, label, xml.number(ray, "range/min", 0.1, label), "minrange")
     range_max = min(xml.number(ray, "range/max", 10.0, label), _RANGE_MAX)
     range_max = min(value(xml, tag.element, label, range_max, "maxrange"), range_max)  # Velodyne's
     if not 1 <= samples <= _BEAMS_MAX:
-        raise tag.fail(f"<samples> is {samples}; valid: 1 to {_BEAMS_MAX}")
+        problem = f"<samples> times <resolution> is {samples}"
+        raise tag.fail(f"{problem}; valid: 1 to {_BEAMS_MAX}")
     if not angle_min < angle_max and samples > 1:
         raise tag.fail(f"<min_angle> {angle_min} must be below <max_angle> {angle_max}")
     if not 0.0 <= range_min < range_max:
@@ -226,11 +228,17 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
     }
 
 
+def _samples(tag: SensorTag, part: Element | None, default: int) -> int:
+    """Return how many ranges a scan's part has: Gazebo multiplies samples by resolution."""
+    samples = tag.xml.count(part, "samples", default, tag.label)
+    return int(samples * tag.xml.number(part, "resolution", 1.0, tag.label))
+
+
 def _rows_of(tag: SensorTag) -> dict[str, Any]:
     """Return the number of rows, and the tilts of the lowest and the highest [rad]."""
     ray = tag.first("ray", "lidar")
     upright = None if ray is None else ray.find("scan/vertical")
-    rows = max(1, tag.xml.count(upright, "samples", 1, tag.label))
+    rows = max(1, _samples(tag, upright, 1))
     low = tag.xml.number(upright, "min_angle", 0.0, tag.label)
     high = tag.xml.number(upright, "max_angle", 0.0, tag.label)
     if not (low <= high and max(abs(low), abs(high)) <= math.pi / 2):

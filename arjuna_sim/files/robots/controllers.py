@@ -31,6 +31,12 @@ _STEERING = ("steering_joints_names", "steering_joint_name", "front_wheels_names
 _RADII = tuple(f"{part}wheels_radius" for part in ("", "traction_", "rear_", "front_"))
 _PREFIXING = ("diff_drive_controller", "omni_wheel_drive_controller")
 _READ_LIMITS = ("velocity", "acceleration", "jerk")
+_UNREAD = {
+    **dict.fromkeys(("open_loop", "publish_limited_velocity"), False),
+    **dict.fromkeys(("left_wheel_radius_multiplier", "right_wheel_radius_multiplier"), 1.0),
+    **dict.fromkeys(("pose_covariance_diagonal", "twist_covariance_diagonal"), [0.0] * 6),
+}
+"""Parameters of diff_drive_controller and its like that nothing here does, by what changes none."""
 
 
 def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
@@ -44,7 +50,7 @@ def drive_of_controllers(xml: XmlFile, plugin: Element) -> Element | None:
         for name, values in sections:
             lists = _joints(values)
             if lists:
-                unread = ", ".join(_unread_limits(values))
+                unread = ", ".join((*_unread_limits(values), *_unread(values)))
                 if unread:
                     text = f"controller '{name or path.name}': not simulated: {unread}"
                     xml.note(text, NoteKind.IGNORED)
@@ -281,6 +287,11 @@ def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
             mirrors = side == "min" and value == -_number_or_nan(inner.get(f"max_{kind}"))
             if is_number and math.isfinite(value) and not is_read and not mirrors:
                 yield f"{'.'.join(keys)}.{key}"
+
+
+def _unread(values: dict[str, Any]) -> Iterator[str]:
+    """Yield the parameters beside limits that ask for what is not done here."""
+    return (key for key, none in _UNREAD.items() if values.get(key, none) != none)
 
 
 def _number_or_nan(value: Any) -> float:

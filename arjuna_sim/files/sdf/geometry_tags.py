@@ -36,6 +36,8 @@ Placed = tuple[Shape, Pose3]
 _FRICTION = "surface/friction"
 _ODE = f"{_FRICTION}/ode"
 _BOUNCE = "surface/bounce/restitution_coefficient"
+_BITMASK = "surface/contact/collide_bitmask"
+_EVERYTHING = ("0xff", "255", "0xffff", "65535")  # Gazebo's own are the lowest 8 of SDF's 16 bits
 _PULL_MAX = 100.0  # [m/s^2] Jupiter's gravity is 24.8
 
 
@@ -142,8 +144,11 @@ def read_friction(xml: XmlFile, element: Element, label: str) -> float | None:
     """Return the friction of a `<collision>`; None where it names none.
 
     Rubber is the same all around here: what the file says of a second direction, of slip or of
-    twisting becomes a note, and so does that it bounces.
+    twisting becomes a note, and so does that it bounces or does not touch everything.
     """
+    mask = (element.findtext(_BITMASK) or "0xffff").strip()
+    if mask.lower() not in _EVERYTHING:
+        xml.note(f"{label}: <collide_bitmask> {mask}: it touches everything", NoteKind.IGNORED)
     with leaving_out(xml, f"{label} <bounce>"):
         if xml.number(element, _BOUNCE, 0.0, label) > 0.0:
             xml.note(f"{label}: <restitution_coefficient>: not simulated", NoteKind.IGNORED)

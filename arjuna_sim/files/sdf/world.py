@@ -8,6 +8,8 @@ import math
 from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
+import numpy as np
+
 from arjuna_core.errors import WorldError
 from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN, Pose3
@@ -39,7 +41,7 @@ from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, estimated_inertial
+from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, Part, estimated_inertial, points_of
 from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import (
@@ -63,6 +65,7 @@ _PASSIVE = (
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
+_PAINT = 0.05  # height of what is drawn on the floor [m]
 
 
 def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
@@ -111,6 +114,27 @@ def _read_waypoint(xml: XmlFile, waypoint: Element, label: str) -> tuple[float, 
     text = xml.child(waypoint, "pose", label).text or ""
     values: Sequence[float] = xml.numbers(text, 6, f"{label} <pose>")
     return time, SE2(values[0], values[1], values[5])
+
+
+def _note_pace(xml: XmlFile, world: Element) -> None:
+    """Note a pace of time that the file asks for: the simulator's user says it."""
+    with leaving_out(xml, "<physics>"):
+        factor = xml.number(world.find("physics"), "real_time_factor", 1.0, "<physics>")
+        if factor not in (0.0, 1.0):
+            pace = f"time runs at 1, unless '--rtf {max(0.0, factor):g}' says so"
+            xml.note(f"<real_time_factor> {factor:g}: {pace}", NoteKind.IGNORED)
+
+
+def _note_drawn(xml: XmlFile, bodies: Sequence[Body]) -> None:
+    """Note models without anything solid: Gazebo's lidars see what is drawn, ours what is solid."""
+    solid = {body.model for body in bodies if body.collides}
+    drawn: dict[str, list[Part]] = {}
+    for body in bodies:
+        if body.model not in solid and body.part.shape.kind is not Kind.PLANE:
+            drawn.setdefault(body.model, []).append(body.part)
+    for model, parts in drawn.items():
+        if np.ptp(points_of(parts)[:, 2]) > _PAINT:
+            xml.note(f"model '{model}': is only drawn, so no lidar sees it", NoteKind.IGNORED)
 
 
 def _flag(text: str | None, default: bool) -> bool:
@@ -205,8 +229,10 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     for plugin in world.iter("plugin"):
         if id(plugin) not in known and not is_done(plugin):
             xml.note(f"plugin '{plugin.get('name', '?')}': not simulated", NoteKind.IGNORED)
+    _note_pace(xml, world)
     look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
+    _note_drawn(xml, bodies)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")

@@ -31,6 +31,9 @@ REMEDIES = {
         ("image_tools", "image_view", "rqt_image_view"), "'arjuna view' shows pictures of cameras"
     ),
     **dict.fromkeys(("plotjuggler", "rqt_plot"), "'arjuna view' has plots"),
+    "web_video_server": "'arjuna view' shows pictures of cameras in a browser",
+    "multirobot_map_merge": "'ros2 launch slam_toolbox merge_maps_kinematic_launch.py' merges"
+    " graphs that were saved",
     "rqt_console": "'ros2 topic echo /rosout' has all nodes' messages",
     "rqt_robot_steering": "'arjuna view' and 'arjuna teleop' drive",
     "rqt_tf_tree": "'ros2 run tf2_tools view_frames' draws it",

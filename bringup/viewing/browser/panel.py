@@ -76,7 +76,8 @@ class Panel:
             self._hint = self._gui.add_markdown(HINTS[Tool.LOOK])
         with self._gui.add_folder("View"):
             views = self._gui.add_button_group("", tuple(VIEWS))
-            follow = self._gui.add_checkbox("Follow the robot", False)
+            follow: Any = self._gui.add_checkbox("Follow the robot", False)
+            self.follow = follow
             views.on_click(self._call(look, lambda: views.value, lambda: follow.value))
             follow.on_update(self._call(look, lambda: "", lambda: follow.value))
         self._beside = self._gui.add_folder("Pictures and plots", visible=False)

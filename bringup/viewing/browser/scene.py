@@ -151,13 +151,16 @@ class Scene:
         x, y = drawing.pose.planar().apply(np.array([[width, height]]) / 2.0)[0]
         self._middle, self._extent = np.array([x, y, 0.0]), max(width, height, 3.0)
         if not self._looked:
-            self._looked = True
             self.look(np.array((0.0, -0.5, 0.75)))
 
     def look(self, direction: Any, whole: bool = True) -> None:
         """Look from a direction, at the whole map or at the origin from near by."""
         middle = self._middle - (*self.offset, 0.0) if whole else np.zeros(3)
-        eye = middle + (self._extent if whole else 5.0) * direction
+        self.place(middle + (self._extent if whole else 5.0) * direction, middle)
+
+    def place(self, eye: Any, middle: Any) -> None:
+        """Look from a point at another [m], of what is drawn about the origin."""
+        self._looked = True
         self._server.initial_camera.position, self._server.initial_camera.look_at = eye, middle
         for client in self._server.get_clients().values():
             self.greet(client)

@@ -73,6 +73,7 @@ class Viewer:
         self._panel = Panel(server, robot, self._queue, self._take, self._look)
         self._pointer = Pointer(server, partial(self._queue, self._point))
         self._tool, self._following = Tool.LOOK, False
+        self._frame = ""  # that the view follows, where it is not the robot's base
         self._shown: dict[str, _Shown] = {}
         self._topics: dict[str, str] = {}
         self._shares: Mapping[str, float] = {}
@@ -87,6 +88,8 @@ class Viewer:
         listed.save, listed.load = self._save, self._load
         for spec in displays:
             self.add(spec)
+        if config is not None:
+            self._work_as(config)
         server.on_client_connect(self._on_viewers)
         server.on_client_connect(self._on_newcomer)
         server.on_client_disconnect(self._on_viewers)
@@ -131,7 +134,8 @@ class Viewer:
                 self._do(key, methodcaller("tick", moment))
                 self._show_waiting(key, each, now)
         self._scene.update(robot.frames)
-        pose = robot.frames.pose(base) if self._following and base else None
+        followed = self._frame or base
+        pose = robot.frames.pose(followed) if self._following and followed else None
         if pose is not None:
             self._scene.centre(pose.position[:2])
         if now >= self._slow_due:
@@ -299,12 +303,23 @@ class Viewer:
         self._robot.frames.wanted = found.fixed_frame or "map"
         for spec in found.displays:
             self.add(spec)
+        self._work_as(found)
         if found.unsupported:
             self._panel.show_tool(self._tool, f"Not shown here: {', '.join(found.unsupported)}")
+
+    def _work_as(self, config: RvizFile) -> None:
+        """Use tools as a file does, and look from where it does, where it says."""
+        self._robot.command_on(config.tools)
+        if (view := config.view) is not None:
+            self._look("", bool(view.frame))
+            self._frame = view.frame
+            self._panel.follow.value = self._following
+            self._scene.place(view.eye, view.focus)
 
     def _look(self, view: str, follow: bool) -> None:
         """Look from where a view says, and stay at the robot or at the map."""
         if follow != self._following:
+            self._frame = ""
             self._following = follow
             if not follow:
                 self._scene.centre((0.0, 0.0))

@@ -22,7 +22,7 @@ DISPLAYS = PluginTypes(
     {
         name: f"{_HERE}.{module}:{name}"
         for module, names in {
-            "robot": "RobotModel TF People",
+            "robot": "RobotModel TF Axes People",
             "map": "Map GridCells",
             "clouds": "LaserScan PointCloud2 DepthCloud",
             "poses": "Path Polygon Pose PoseArray ParticleCloud PoseWithCovariance Odometry",
@@ -38,6 +38,10 @@ DISPLAYS = PluginTypes(
 """The displays by RViz's names of their classes; `module:Class` of a user's own is another."""
 PIXELS = 100.0
 """Pixels of the screen that stand for a metre, where RViz and a browser have not the same unit."""
+ALL = "All Enabled"
+"""Beside the frames of a TF display: the switch of all, which they themselves say too."""
+SHOWN: dict[str, Any] = {"Namespaces": True, "Frames": {"Value": True}}
+"""Properties with a switch for each of many names, and one that is on."""
 
 
 @dataclass(frozen=True)
@@ -184,7 +188,8 @@ def _fitted(value: Any, each: dataclasses.Field[Any]) -> Any:
     """Return a value as a field has it, within its bounds; None where it is none."""
     info, default = info_of(each), each.default
     if isinstance(value, Mapping):  # a switch with more below it, or namespaces with one each
-        hidden = ";".join(str(key) for key, shown in value.items() if not shown)
+        off = (False, {"Value": False})
+        hidden = ";".join(str(key) for key, shown in value.items() if shown in off and key != ALL)
         value = value.get("Value", hidden)
     try:
         if isinstance(default, bool):
@@ -207,9 +212,11 @@ def properties_of(display: Display) -> dict[str, Any]:
     found = {}
     for each in dataclasses.fields(display.config):
         value = getattr(display.config, each.name)
-        if each.name == "namespaces":
-            value = dict.fromkeys(filter(None, value.split(";")), False)
-        found[rviz_name(each.name)] = "; ".join(map(str, value)) if type(value) is tuple else value
+        name = rviz_name(each.name)
+        if name in SHOWN:
+            off = False if SHOWN[name] is True else {"Value": False}
+            value = dict.fromkeys(filter(None, value.split(";")), off)
+        found[name] = "; ".join(map(str, value)) if type(value) is tuple else value
     return found
 
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from arjuna_core.param import param
 from bringup.viewing.displays.base import Display, Moment
-from bringup.viewing.drawing.values import Axes, Drawing, Label, Line, Model, Parts
+from bringup.viewing.drawing.values import Axes as AxesDrawing
+from bringup.viewing.drawing.values import Drawing, Label, Line, Model, Parts
 
 
 class RobotModel(Display):
@@ -44,21 +45,22 @@ class TF(Display):
         show_axes: bool = param(True, "Show the frames' axes.")
         show_arrows: bool = param(False, "Show a line from each frame to its parent.")
         marker_scale: float = param(1.0, "Size; axes of 0.25 m at 1.", minimum=0.01, maximum=100.0)
+        frames: str = param("", "Frames to hide, with semicolons between them.")
 
     def tick(self, moment: Moment) -> Parts | None:
         config, frames = self.config, moment.frames
-        parents = frames.parents
+        parents, hidden = frames.parents, config.frames.split(";")
         poses = {
             name: pose
             for name in dict.fromkeys((*parents.values(), *parents))
-            if (pose := frames.pose(name)) is not None
+            if name not in hidden and (pose := frames.pose(name)) is not None
         }
         parts: dict[str, Drawing] = {}
         if config.show_axes and poses:
             positions = np.array([pose.position for pose in poses.values()], np.float32)
             wxyzs = np.array([pose.quaternion for pose in poses.values()], np.float32)
             length = 0.25 * config.marker_scale
-            parts["axes"] = Axes(positions=positions, wxyzs=wxyzs, length=length)
+            parts["axes"] = AxesDrawing(positions=positions, wxyzs=wxyzs, length=length)
         if config.show_names:
             parts |= {f"name {n}": Label(pose=pose, text=n) for n, pose in poses.items()}
         if config.show_arrows:
@@ -67,6 +69,24 @@ class TF(Display):
                     ends = np.array([poses[child].position, poses[parent].position], np.float32)
                     parts[f"arrow {child}"] = Line(points=ends, colour=(255, 200, 0), width=2.0)
         return parts
+
+
+class Axes(Display):
+    """The axes of one frame."""
+
+    @dataclass(frozen=True)
+    class Config:
+        reference_frame: str = param("<Fixed Frame>", "The frame.")
+        length: float = param(1.0, "Their length.", unit="m", minimum=0.001, maximum=100.0)
+
+    def tick(self, moment: Moment) -> Parts | None:
+        named = self.config.reference_frame.lstrip("/")
+        frame = moment.frames.fixed if named.startswith("<") else named
+        origin, wxyz = np.zeros((1, 3), np.float32), np.array([[1.0, 0, 0, 0]], np.float32)
+        axes = AxesDrawing(
+            frame=frame or "", positions=origin, wxyzs=wxyz, length=self.config.length
+        )
+        return {"axes": axes}
 
 
 class People(Display):

@@ -117,10 +117,10 @@ class NavigationWatch:
         result = response.result
         self.state = self.state.ended(response.status, result.error_code, result.error_msg)
 
-    def published(self, listeners: Iterable[str]) -> None:
+    def published(self, topic: str, listeners: Iterable[str]) -> None:
         """Take note of a goal that was published for nodes that listen."""
-        names = ", ".join(sorted(listeners))
-        self.state = Navigation(f"sent on /goal_pose, where {names} listens")
+        names = ", ".join(sorted(listeners)) or "nobody"
+        self.state = Navigation(f"sent on {topic}, where {names} listens")
 
     def send(self, goal: SE2, frame: str) -> None:
         """Ask the navigator to drive to a pose in a frame."""

@@ -28,6 +28,12 @@ from bringup.viewing.robot.navigation import NavigationWatch
 from bringup.viewing.robot.services import Services
 from bringup.viewing.robot.topics import Feed
 
+_TOOLS: dict[str, tuple[Any, str]] = {
+    "SetInitialPose": (PoseWithCovarianceStamped, "initialpose"),
+    "SetGoal": (PoseStamped, "goal_pose"),
+    "PublishPoint": (PointStamped, "clicked_point"),
+}
+"""RViz's tools, what they publish and on which topic where nothing else is said."""
 _COVARIANCE = np.diag([0.25, 0.25, 0.0685])  # of RViz's pose estimate
 
 
@@ -60,14 +66,25 @@ class RobotSide:
         self.entities = EntityWatch(services)
         self.feed = Feed(self.node, services)
         self._hand = HandDrive(self.node, command_topic)
-        self._pose_out = self.node.create_publisher(
-            PoseWithCovarianceStamped, "initialpose", qos.DEFAULT
-        )
-        self._point_out = self.node.create_publisher(PointStamped, "clicked_point", qos.DEFAULT)
-        self._goal_out = self.node.create_publisher(PoseStamped, "goal_pose", qos.DEFAULT)
+        self._outs: dict[str, Any] = {}
+        self.command_on({})
         self._displays: Mapping[str, Display] = {}
         self._transforms: list[Any] = []
         self._questions_due = self._topics_due = 0.0
+
+    def command_on(self, topics: Mapping[str, str]) -> None:
+        """Publish what tools command on other topics than the usual ones, by the tools' names.
+
+        The usual ones are in the viewer's namespace, also where a file has them with a slash.
+        """
+        for tool, (kind, usual) in _TOOLS.items():
+            if tool in self._outs:
+                self.node.destroy_publisher(self._outs.pop(tool))
+            topic = topics.get(tool, usual)
+            is_own = topic.lstrip("/") != usual and self.feed.is_name(topic)
+            self._outs[tool] = self.node.create_publisher(
+                kind, topic if is_own else usual, qos.DEFAULT
+            )
 
     def listen(self, displays: Mapping[str, Display] | None) -> None:
         """Subscribe to the topics of displays, by their keys, and to transforms; None: to none."""
@@ -128,13 +145,15 @@ class RobotSide:
         """Ask the navigator to drive to a pose in the fixed frame.
 
         Where another node listens to /goal_pose it is published there, as RViz does; navigators
-        take it from there too.
+        take it from there too. On a topic that a file of RViz names it is published in any case.
         """
-        infos = self.node.get_subscriptions_info_by_topic(self._goal_out.topic_name)
-        others = {info.node_name for info in infos} - {self.node.get_name(), "bt_navigator"}
-        if others:
-            self._goal_out.publish(pose_stamped(pose, self._frame, 0.0))
-            self.navigation.published(others)
+        out = self._outs["SetGoal"]
+        infos = self.node.get_subscriptions_info_by_topic(out.topic_name)
+        names = {info.node_name for info in infos} - {self.node.get_name()}
+        usual = self.node.resolve_topic_name(_TOOLS["SetGoal"][1])
+        if out.topic_name != usual or names - {"bt_navigator"}:
+            out.publish(pose_stamped(pose, self._frame, 0.0))
+            self.navigation.published(out.topic_name, names)
         else:
             self.navigation.send(pose, self._frame)
 
@@ -143,13 +162,13 @@ class RobotSide:
         message = PoseWithCovarianceStamped(header=header(self._frame, 0.0))
         message.pose.pose = pose_msg(pose)
         message.pose.covariance = planar_covariance(_COVARIANCE)
-        self._pose_out.publish(message)
+        self._outs["SetInitialPose"].publish(message)
 
     def publish_point(self, pose: SE2) -> None:
         """Publish a point of the fixed frame."""
         message = PointStamped(header=header(self._frame, 0.0))
         message.point.x, message.point.y = pose.x, pose.y
-        self._point_out.publish(message)
+        self._outs["PublishPoint"].publish(message)
 
     def drive(self, speed: float, turn_rate: float) -> None:
         """Drive by hand for a moment [m/s, rad/s]."""

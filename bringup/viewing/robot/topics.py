@@ -7,8 +7,12 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
+from rclpy.exceptions import InvalidTopicNameException
+from rclpy.expand_topic_name import expand_topic_name
 from rclpy.node import Node
 from rclpy.serialization import deserialize_message
+from rclpy.validate_full_topic_name import validate_full_topic_name
+from rclpy.validate_topic_name import validate_topic_name
 
 from arjuna_core.bags.topic import TopicQos, request_for
 from arjuna_core.ros.context import class_of
@@ -37,6 +41,7 @@ class Feed:
         self._open: dict[tuple[str, int], tuple[_Source, Any]] = {}
         self._arrived: dict[tuple[str, int], deque[Any]] = {}
         self._asked: set[str] = set()
+        self._refused: set[str] = set()
         self._displays: Mapping[str, Display] = {}
 
     def listen(self, displays: Mapping[str, Display]) -> None:
@@ -46,6 +51,8 @@ class Feed:
         wanted: dict[tuple[str, int], tuple[_Source, int]] = {}
         for key, display in displays.items():
             for number, each in enumerate(display.wanted()):
+                if not self.is_name(each.topic):
+                    continue
                 if "/srv/" in each.types[0]:
                     self._ask(key, number, each)
                     continue
@@ -59,6 +66,19 @@ class Feed:
         self._asked &= displays.keys()
         for place in wanted.keys() - self._open.keys():
             self._subscribe(place, *wanted[place])
+
+    def is_name(self, topic: str) -> bool:
+        """Return whether a topic can be called so; it is said once where none can."""
+        try:
+            validate_topic_name(topic)
+            validate_full_topic_name(expand_topic_name(topic, "viewer", "/"))
+        except InvalidTopicNameException as error:
+            if topic not in self._refused:
+                self._refused.add(topic)
+                problem = " ".join(str(error).split("\n")[0].split())
+                self._node.get_logger().warning(f"'{topic}' is no name of a topic: {problem}")
+            return False
+        return True
 
     def forget(self, display: str) -> None:
         """Close a display's subscriptions; the next `listen` opens them again."""

@@ -118,6 +118,82 @@ def test_settings_are_read_as_rviz_writes_them(tmp_path: Path) -> None:
     assert a_map.color_scheme == "map"
 
 
+ORBIT = "{Class: rviz/Orbit, Distance: 2, Yaw: 3.141592653589793, Pitch: 0, Focal Point: {X: 1}}"
+FIRST = "{Class: rviz_default_plugins/FPS, Position: {X: 1, Y: 2, Z: 3}, Yaw: 0, Pitch: 0}"
+
+
+@pytest.mark.parametrize(
+    ("current", "eye", "focus", "frame"),
+    [
+        (ORBIT, (-1, 0, 0), (1, 0, 0), ""),
+        (FIRST[:-1] + ", Target Frame: base_link}", (1, 2, 3), (2, 2, 3), "base_link"),
+        (FIRST[:-1] + ", Target Frame: <Fixed Frame>}", (1, 2, 3), (2, 2, 3), ""),
+        (FIRST[:-1] + ", Target Frame: odom}", (1, 2, 3), (2, 2, 3), ""),
+        ("{Class: x/TopDownOrtho, Scale: 100, X: 5, Y: .nan}", (5, 0, 5.21), (5, 0, 0), ""),
+    ],
+)
+def test_a_file_says_from_where_it_looks(
+    tmp_path: Path, current: str, eye: Any, focus: Any, frame: str
+) -> None:
+    parts = f"Views: {{Current: {current}}}, Global Options: {{Fixed Frame: odom}}"
+    found = _read(tmp_path, f"Visualization Manager: {{{parts}}}")
+    assert found.view is not None
+    assert found.view.eye == pytest.approx(eye, abs=0.01)
+    assert found.view.focus == pytest.approx(focus, abs=1e-9)
+    assert found.view.frame == frame
+    assert not found.unsupported
+
+
+def test_a_top_view_is_turned_as_the_file_says(tmp_path: Path) -> None:
+    current = "{Class: rviz_default_plugins/TopDownOrtho, Angle: -1.5708}"  # x points up
+    view = _read(tmp_path, f"Visualization Manager: {{Views: {{Current: {current}}}}}").view
+    assert view is not None
+    assert view.eye[:2] == pytest.approx((-0.001, 0.0), abs=1e-6)
+
+
+def test_tools_publish_where_the_file_says(tmp_path: Path) -> None:
+    text = """Visualization Manager: {Tools: [
+      {Class: rviz_default_plugins/SetGoal, Topic: {Value: /tb1/goal_pose}},
+      {Class: rviz_default_plugins/SetInitialPose, Topic: {Value: <robot_namespace>/initialpose}},
+      {Class: rviz_default_plugins/PublishPoint}, {Class: rviz_default_plugins/Measure}]}"""
+    tools = {"SetGoal": "/tb1/goal_pose", "SetInitialPose": "initialpose"}
+    assert _read(tmp_path, text).tools == tools
+    text = "Visualization Manager: {Tools: [{Class: rviz/SetGoal, Topic: /move_base_simple/goal}]}"
+    assert _read(tmp_path, text).tools == {"SetGoal": "goal_pose"}
+
+
+def test_a_view_of_another_kind_is_said(tmp_path: Path) -> None:
+    text = "Visualization Manager: {Views: {Current: {Class: own/Drone, Name: Current View}}}"
+    found = _read(tmp_path, text)
+    assert found.view is None
+    assert found.unsupported == ("view Current View (own/Drone)",)
+
+
+def test_points_that_should_stay_are_said(tmp_path: Path) -> None:
+    text = """Visualization Manager: {Displays: [
+      {Class: rviz_default_plugins/LaserScan, Name: a, Decay Time: 10},
+      {Class: rviz_default_plugins/LaserScan, Name: b, Decay Time: 10, Enabled: false},
+      {Class: rviz_default_plugins/PointCloud2, Name: c, Decay Time: 0}]}"""
+    found = _read(tmp_path, text)
+    assert len(found.displays) == 3
+    assert found.unsupported == ("Decay Time of a (rviz_default_plugins/LaserScan)",)
+
+
+def test_frames_are_hidden_as_the_file_says(tmp_path: Path) -> None:
+    text = """Visualization Manager: {Displays: [
+      {Class: rviz_default_plugins/TF, Frames: {All Enabled: false, a: {Value: false},
+       b: {Value: true}}},
+      {Class: rviz_default_plugins/Axes, Reference Frame: b, Length: 0.5}]}"""
+    found = _read(tmp_path, text)
+    tree, axes = (each.make().config for each in found.displays)
+    assert tree.frames == "a"
+    assert (axes.reference_frame, axes.length) == ("b", 0.5)
+    other = replace(found.displays[0], settings={"frames": "b"})
+    manager = yaml.safe_load(write_rviz("map", [other, found.displays[1]], found))
+    kept = manager["Visualization Manager"]["Displays"][0]["Frames"]
+    assert kept == {"a": {"Value": True}, "b": {"Value": False}}
+
+
 def test_a_picture_of_ros_1_has_its_topic(tmp_path: Path) -> None:
     text = "Visualization Manager: {Displays: [{Class: rviz/Image, Image Topic: /cam}]}"
     assert [each.topic for each in _read(tmp_path, text).displays] == ["/cam"]

@@ -176,6 +176,27 @@ def test_a_file_of_nav2_is_opened_and_what_it_lacks_here_is_said(shown: Shown) -
     assert viewer._base == "base_link"
 
 
+ORBIT = """Visualization Manager: {Displays: [], Global Options: {Fixed Frame: map}, Views: {
+  Current: {Class: rviz_default_plugins/Orbit, Distance: 2, Yaw: 0, Pitch: 0, Target Frame: %s}}}"""
+
+
+def test_the_view_is_a_file_s_and_a_button_ends_it(shown: Shown) -> None:
+    viewer, camera = shown.viewer, shown.viewer._server.initial_camera
+    viewer._load(ORBIT.replace("%s", "base_link").encode())
+    shown.until(
+        lambda: viewer._scene.offset[0] == pytest.approx(1.0),
+        lambda: publish_everything(shown.ros),
+    )
+    assert tuple(camera.position) == pytest.approx((2.0, 0.0, 0.0))
+    assert viewer._panel.follow.value
+    viewer._load(ORBIT.replace("%s", "<Fixed Frame>").encode())
+    assert viewer._scene.offset == (0.0, 0.0)
+    assert tuple(camera.position) == pytest.approx((2.0, 0.0, 0.0))
+    assert not viewer._panel.follow.value
+    viewer._look("from above", False)
+    assert camera.position[2] > 2.0
+
+
 def test_the_view_follows_the_robot_and_clicks_with_it(shown: Shown) -> None:
     viewer = shown.viewer
     shown.until(lambda: viewer._base, lambda: publish_everything(shown.ros))

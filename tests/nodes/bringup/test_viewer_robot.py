@@ -148,6 +148,41 @@ def test_a_goal_is_published_too_where_another_node_listens(bench: Bench) -> Non
     assert "on /goal_pose" in bench.viewer.navigation.state.state
 
 
+def test_tools_publish_on_the_topics_of_a_file(bench: Bench) -> None:
+    side, node = bench.viewer, bench.viewer.node
+    goals = bench.ros.collect(PoseStamped, "/tb1/goal_pose")
+    points = bench.ros.collect(PointStamped, "/marks")
+    topics = {"SetGoal": "/tb1/goal_pose", "PublishPoint": "marks", "SetInitialPose": "/my pose"}
+    side.command_on(topics)
+    bench.until(
+        lambda: node.count_subscribers("/tb1/goal_pose") and node.count_subscribers("marks")
+    )
+    side.send_goal(SE2(1.0, 2.0, 0.0))
+    side.publish_point(SE2(3.0, 0.0))
+    bench.until(lambda: goals and points)
+    assert (goals[0].pose.position.x, points[0].point.x) == (1.0, 3.0)
+    assert "on /tb1/goal_pose" in side.navigation.state.state
+    assert {out.topic_name for out in side._outs.values()} == {
+        "/initialpose",  # the other is no name
+        "/tb1/goal_pose",
+        "/marks",
+    }
+    side.command_on({"SetGoal": "/goal_pose"})
+    assert {out.topic_name for out in side._outs.values()} == {
+        *("/initialpose", "/goal_pose", "/clicked_point"),
+    }
+
+
+def test_a_topic_that_none_can_be_called_is_left_out(bench: Bench) -> None:
+    path = DisplaySpec("Path", "plan", "/plan")
+    for topic in ("/my scan", "/a//b", "scan/"):
+        bench.listen(DisplaySpec("LaserScan", "scan", topic), path)
+        assert bench.viewer.node.resolve_topic_name("plan") in {
+            source.topic for source, _ in bench.viewer.feed._open.values()
+        }
+        assert len(bench.viewer.feed._open) == 1
+
+
 def test_nothing_is_subscribed_to_unless_it_is_shown(bench: Bench) -> None:
     count = bench.ros.node.count_subscribers
     base = count("/tf")

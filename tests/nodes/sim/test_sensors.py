@@ -36,6 +36,7 @@ from arjuna_sim.devices.camera import Camera, CameraError, Shot
 from arjuna_sim.nodes.robot_state_publisher import RobotStatePublisherNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start, start_sim
+from tests.sim.builders import edited
 from tests.sim.robot_cases import RobotMaker
 
 BEAMS = """<ray><scan><horizontal><samples>60</samples></horizontal>{}</scan></ray>"""
@@ -196,6 +197,36 @@ def test_a_camera_publishes_to_listeners(bench: RosBench, monkeypatch: pytest.Mo
     assert (depths[0].encoding, depths[0].step, len(depths[0].data)) == (
         "32FC1", 2560, 2560 * 480
     )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("form", "encoding", "pixel", "inside"),
+    [("L8", "mono8", (67,), "mono8"), ("B8G8R8", "bgr8", (10, 10, 200), "bgr8")],
+)
+def test_colours_are_written_as_the_camera_s_file_says(
+    bench: RosBench,
+    monkeypatch: pytest.MonkeyPatch,
+    tmp_path: Path,
+    form: str,
+    encoding: str,
+    pixel: tuple[int, ...],
+    inside: str,
+) -> None:
+    robot = edited(shipped_file("urdf/arjuna.urdf"), tmp_path, "R8G8B8", form)
+    sim = start_sim(bench, robot=str(robot))
+    shot = Shot(np.full((480, 640, 3), (200, 10, 10), np.uint8), None)
+    monkeypatch.setattr(Camera, "shoot", lambda *_: shot)
+    images = bench.collect(Image, "/camera/image_raw", qos.SENSOR_SUBSCRIPTION)
+    topic = "/camera/image_raw/compressed"
+    pictures = bench.collect(CompressedImage, topic, qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 5)
+    assert (images[0].encoding, images[0].step) == (encoding, 640 * len(pixel))
+    assert tuple(images[0].data[: len(pixel)]) == pixel
+    assert pictures[0].format == f"{encoding}; jpeg compressed {inside}"
+    with Picture.open(io.BytesIO(bytes(pictures[0].data))) as picture:
+        assert picture.mode == ("L" if encoding == "mono8" else "RGB")
+        seen = np.asarray(picture, int)[240, 320]
+    assert np.abs(seen - (67 if encoding == "mono8" else np.array((200, 10, 10)))).max() < 5
 
 
 def test_pictures_are_compressed_for_who_listens(

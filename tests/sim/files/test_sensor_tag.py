@@ -123,6 +123,16 @@ def test_each_noise_is_that_of_its_own_tag(kind: str, path: str, field: str) -> 
 
 
 @pytest.mark.parametrize(
+    ("mean", "noted"), [("0.0", False), ("-0.1", True), ("none", False), ("", False)]
+)
+def test_noise_about_another_mean_is_noted(mean: str, noted: bool) -> None:
+    given = tag(nested("altimeter/vertical_position/noise/mean", mean))
+    given.deviation("altimeter/vertical_position/noise")
+    said = ("sensor 's': <noise>: its <mean> is taken to be 0",)
+    assert texts(given.xml.notes) == said * noted
+
+
+@pytest.mark.parametrize(
     ("grows", "keeps", "found"),
     [("1e-4", "400", (1e-4, 400.0)), ("1e-4", "0", None), ("0", "4", None)],
 )
@@ -135,6 +145,28 @@ def test_bias_of_an_imu_drifts_where_both_its_numbers_are_there(
     assert read("imu", nested(f"imu/angular_velocity/{axis}/noise", noise)).gyro_drift == found
     assert read("imu", nested(f"imu/linear_acceleration/{axis}/noise", noise)).accel_drift == found
     assert read("imu").gyro_drift is None
+
+
+FRAME = "imu/orientation_reference_frame/localization"
+PLUGIN = "<plugin name='p'><initial_orientation_as_reference>{}</initial_orientation_as_reference>"
+
+
+@pytest.mark.parametrize(
+    ("inside", "named"),
+    [
+        (nested("imu/enable_orientation", "false"), "<enable_orientation> false"),
+        (nested("imu/enable_orientation", "1"), None),
+        (nested(FRAME, "NED"), "<localization> NED"),
+        (nested(FRAME, " ENU "), None),
+        (PLUGIN.format("true") + "</plugin>", "<initial_orientation_as_reference> true"),
+        (PLUGIN.format("false") + "</plugin>", None),
+    ],
+)
+def test_an_orientation_that_is_not_the_worlds_is_noted(inside: str, named: str | None) -> None:
+    given = tag(inside)
+    sensor_kinds().readers["imu"](given)
+    said = () if named is None else (f"sensor 's': {named}: its orientation is the world's",)
+    assert tuple(text.removesuffix(" all the same") for text in texts(given.xml.notes)) == said
 
 
 def test_one_noise_of_a_plugin_is_all_of_an_imus() -> None:

@@ -178,7 +178,7 @@ def test_each_message_is_drawn(
 def test_every_display_has_its_types_and_every_standard_one_is_made() -> None:
     kinds = {name: DISPLAYS.resolve(name).types for name in DISPLAYS.types}
     without = {name for name, types in kinds.items() if not types}
-    assert without == {"TF", "People", "DistanceToGoal"}
+    assert without == {"TF", "Axes", "People", "DistanceToGoal"}
     assert kinds_of("nav_msgs/msg/Odometry") == ("Odometry", "Speed")
     wanted = {name: DisplaySpec(name, "").make().wanted() for name in DISPLAYS.types}
     missing_none = {name for name, topics in wanted.items() if any(each.every for each in topics)}
@@ -412,6 +412,15 @@ def test_frames_are_axes_names_and_lines_as_they_are_wanted() -> None:
     names = {part.text: part.pose.position[0] for part in parts.values() if isinstance(part, Label)}
     assert names == {"map": 0.0, "odom": 1.0, "base_link": 2.0}
     assert parts["arrow base_link"].points[:, 0].tolist() == [2.0, 1.0]
+    spec = DisplaySpec("TF", "TF", settings={**settings, "frames": "odom;x"})
+    parts = spec.make().tick(Moment(0.0, frames))
+    assert set(parts) == {"axes", "name map", "name base_link"}
+    moment, own = Moment(0.0, frames), {"reference_frame": "odom", "length": 0.5}
+    one: Any = DisplaySpec("Axes", "", settings=own).make().tick(moment)
+    axes = one["axes"]
+    assert (axes.frame, axes.length, axes.positions.tolist()) == ("odom", 0.5, [[0.0, 0.0, 0.0]])
+    one = DisplaySpec("Axes", "").make().tick(moment)
+    assert one["axes"].frame == "map"
 
 
 def test_plots_go_on_without_messages_and_begin_with_the_first() -> None:

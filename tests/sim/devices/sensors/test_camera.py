@@ -295,6 +295,33 @@ def test_noise_of_the_file_is_that_of_each_pixel_and_the_same_each_time(tmp_path
         sim.close()
 
 
+@pytest.mark.parametrize(
+    ("inside", "depth", "encoding", "note"),
+    [
+        ("", False, "rgb8", None),
+        ("<image><format>L8</format></image>", False, "mono8", None),
+        ("<image><format>bgr_int8</format></image>", False, "bgr8", None),
+        ("<image><format>L16</format></image>", False, "rgb8", "<format> L16: its pictures are"),
+        ("<image><format>R_FLOAT32</format></image>", True, "rgb8", None),
+        ("<lens><type>gnomonical</type></lens>", False, "rgb8", None),
+        ("<lens><type>stereographic</type></lens>", False, "rgb8", "<lens>: its pictures are"),
+        ("<lens><intrinsics/></lens>", False, "rgb8", "<lens>: its pictures are"),
+        (
+            "<triggered>true</triggered>",
+            False,
+            "rgb8",
+            "<triggered>: it takes pictures at its rate",
+        ),
+    ],
+)
+def test_colours_are_written_as_the_file_says(
+    inside: str, depth: bool, encoding: str, note: str | None
+) -> None:
+    found, notes = read_with_notes(f"<camera>{inside}</camera>", depth)
+    assert found.encoding == encoding
+    assert [bool(note and note in each) for each in notes] == [True] * (note is not None)
+
+
 LENS = "<camera><distortion>{}</distortion></camera>"
 
 

@@ -77,8 +77,8 @@ def test_rays_have_either_name_and_may_stand_in_a_plugin(outer: str, tag: str) -
 @pytest.mark.parametrize(
     ("inside", "problem"),
     [
-        (ray(samples(0)), "<samples> is 0; valid: 1 to 100000"),
-        (ray(samples(100_001)), "<samples> is 100001; valid"),
+        (ray(samples(0)), "<samples> times <resolution> is 0; valid: 1 to 100000"),
+        (ray(samples(100_001)), "<samples> times <resolution> is 100001; valid"),
         (ray(samples(2, 1.0, 1.0)), "<min_angle> 1.0 must be below <max_angle> 1.0"),
         (ray(ranges="<min>-0.1</min>"), "<range> -0.1 to 10.0 must be 0 <= min < max"),
         (ray(ranges="<min>2</min><max>2</max>"), "<range> 2.0 to 2.0 must be"),
@@ -101,6 +101,13 @@ def test_what_a_lidar_just_can_do_is_taken() -> None:
     assert isinstance(cloud, CloudSettings)
     assert (cloud.rows, cloud.tilt_min, cloud.tilt_max) == (2, -HALF_PI, HALF_PI)
     assert type(one(ray("", samples(0, 0.1, 0.1)))) is LidarSettings  # one row at least
+
+
+def test_resolution_multiplies_samples() -> None:
+    assert one(ray(f"{samples(181)}<resolution>0.5</resolution>")).samples == 90
+    cloud, _ = read(ray(samples(30), f"{samples(4, -0.1, 0.1)}<resolution>2</resolution>"))
+    assert isinstance(cloud, CloudSettings)
+    assert (cloud.samples, cloud.rows) == (30, 8)
 
 
 ROWS = ray(samples(30), samples(4, -0.1, 0.1))

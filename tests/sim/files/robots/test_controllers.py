@@ -328,3 +328,25 @@ def test_what_runs_controllers_is_known(file: str) -> None:
 @pytest.mark.parametrize(("kind", "drive"), _CONTROLLERS.items())
 def test_controllers_are_known_by_their_class(kind: str, drive: DriveKind | None) -> None:
     assert controller_kind(kind) is drive
+
+
+@pytest.mark.parametrize(
+    ("values", "expected"),
+    [
+        ({"open_loop": True, "left_wheel_radius_multiplier": 0.98}, "open_loop, left_wheel_"),
+        (
+            {"twist_covariance_diagonal": [0.1, 0.0, 0.0, 0.0, 0.0, 0.2]},
+            "twist_covariance_diagonal",
+        ),
+        ({"open_loop": False, "pose_covariance_diagonal": [0, 0, 0, 0, 0, 0]}, ""),
+    ],
+)
+def test_what_a_drive_s_controller_asks_for_in_vain_is_noted(
+    tmp_path: Path, values: dict[str, Any], expected: str
+) -> None:
+    tag, files = control(yaml.safe_dump(_file("name", {**_JOINTS, **values}, dotted=False)))
+    path = Robot(four(), tag, files=files).write(tmp_path, "made.urdf")
+    noted = [each for each in texts(load_robot(path, SearchPath()).notes) if "'name'" in each]
+    assert [f"controller 'name': not simulated: {expected}" in each for each in noted] == (
+        [True] if expected else []
+    )

@@ -162,3 +162,11 @@ def test_what_a_surface_does_beside_rubbing_is_noted(
     xml = file(f"<surface>{surface}</surface>")
     assert read_friction(xml, xml.child(xml.root, "visual", "w"), "it") == friction
     assert [note.text for note in xml.notes] == [f"it: <{tag}>: not simulated" for tag in said]
+
+
+@pytest.mark.parametrize(("mask", "noted"), [("0xFF", False), ("65535", False), ("0x02", True)])
+def test_what_touches_some_things_only_is_noted(mask: str, noted: bool) -> None:
+    xml = file(f"<surface><contact><collide_bitmask>{mask}</collide_bitmask></contact></surface>")
+    read_friction(xml, xml.child(xml.root, "visual", "w"), "it")
+    text = f"it: <collide_bitmask> {mask}: it touches everything"
+    assert [note.text for note in xml.notes] == [text] * noted

@@ -131,6 +131,28 @@ def test_what_is_broken_is_left_out_and_the_rest_stands(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
+    ("size", "collision", "noted"),
+    [("1 1 1", "", True), ("1 1 0.01", "", False), ("1 1 1", _link(BOX), False)],
+)
+def test_what_is_only_drawn_is_noted(
+    tmp_path: Path, size: str, collision: str, noted: bool
+) -> None:
+    shape = f"<geometry><box><size>{size}</size></box></geometry>"
+    drawn = f"<link name='d'><visual name='v'>{shape}</visual></link>"
+    world = _loaded(tmp_path, _static(drawn + collision))
+    assert ("model 'm': is only drawn, so no lidar sees it" in texts(world.notes)) == noted
+
+
+@pytest.mark.parametrize(
+    ("factor", "noted"), [("1.0", False), ("0", False), ("2", True), ("fast", True)]
+)
+def test_a_pace_that_the_file_asks_for_is_noted(tmp_path: Path, factor: str, noted: bool) -> None:
+    tag = f"<physics type='ode'><real_time_factor>{factor}</real_time_factor></physics>"
+    world = _loaded(tmp_path, tag + _static(_link(BOX)))
+    assert any("real_time_factor" in text for text in texts(world.notes)) == noted
+
+
+@pytest.mark.parametrize(
     ("tag", "most"), [("latitude_deg", 90.0), ("longitude_deg", -360.0), ("heading_deg", 360.0)]
 )
 def test_a_place_on_earth_has_angles_up_to_a_turn(tmp_path: Path, tag: str, most: float) -> None:
