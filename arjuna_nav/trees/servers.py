@@ -307,8 +307,9 @@ class _Cancel(TreeNode):
 
     def _tick(self) -> Status:
         for node in self.tree.asking:
-            is_meant = isinstance(node, Asking) and node.KIND == self.KIND
-            if is_meant and self.server_name in ("", node.server):
+            if not isinstance(node, Asking) or node.KIND != self.KIND:
+                continue
+            if self.server_name in ("", node.server):
                 node.cancel()
         return Status.SUCCESS
 
