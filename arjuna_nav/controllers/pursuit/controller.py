@@ -258,7 +258,7 @@ class RegulatedPurePursuit(PathController):
         if not FREE < cost <= INSCRIBED:
             return speed
         room = float(costmap.clearances[cost])
-        if math.isinf(room):
+        if math.isinf(room) or not config.costmaps_own_distances:
             room = -math.log(cost / MAX_NON_OBSTACLE) / config.inflation_cost_scaling_factor
         distance = self._footprint.inscribed_radius + room
         return speed * min(config.cost_scaling_gain * distance / config.cost_scaling_dist, 1.0)
