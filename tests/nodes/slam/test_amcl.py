@@ -99,6 +99,30 @@ def test_an_initial_pose_is_where_it_starts(room: Room, how: str) -> None:
     assert room.error[0] < 0.06
 
 
+def test_an_initial_pose_of_the_past_is_moved_on_by_odometry(room: Room) -> None:
+    started(room, global_localization_at_start="never", match_scans=False, relocalize=False)
+    room.drive(2)
+    message = initial_pose(room.robot.pose, covariance=(1e-6, 1e-6, 1e-6))
+    message.header.stamp = header("map", room.robot.now).stamp
+    begun = room.robot.pose
+    room.drive(10)
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    room.drive(1)
+    moved = begun.inverse() @ room.robot.pose
+    assert (abs(moved.x) > 0.1, abs(moved.theta) > 0.3) == (True, True)
+    assert max(room.error) < 0.1
+
+
+def test_an_initial_pose_given_before_activation_is_kept(room: Room) -> None:
+    node = AmclNode(room.bench.process, {"global_localization_at_start": "never"})
+    node.trigger_configure()
+    room.put_robot(room.robot.pose)
+    room.publish_map()
+    node.trigger_activate()
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
 def test_a_lost_robot_s_pose_follows_odometry_until_it_is_found(room: Room) -> None:
     """A guess is no pose to drive from, and a robot without one would never look about."""
     node = started(room)
