@@ -136,7 +136,7 @@ class Mppi(PathController):
     def _limits(self) -> Limits:
         config = self._config
         return Limits(
-            config.vx_min,
+            max(config.vx_min, -self.speed_limit),
             min(config.vx_max, self.speed_limit),
             config.wz_max,
             abs(config.ax_max),

@@ -131,6 +131,18 @@ def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
     assert robot.velocity.x > 0.3
 
 
+def test_a_speed_limit_holds_in_reverse_too() -> None:
+    controller = make("mppi", vx_min=-0.4, critics=["GoalCritic"])
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(3.0, 3.0, 0.0))
+    controller.set_path(polyline([(3.0, 3.0), (2.0, 3.0)], 0.0))
+    slowest = []
+    for limit in (math.inf, 0.15):
+        controller.speed_limit = limit
+        slowest.append(min(each.velocity.x for each in follow(controller, robot, costmap, 20)[8:]))
+    assert slowest[0] < -0.25
+    assert -0.15 - 1e-6 <= slowest[1] < -0.1
+
+
 def test_is_the_same_each_time(name: str) -> None:
     costmap, traces = costmap_of(grid_of(6.0, 6.0, (2.4, 2.0, 0.3, 0.7))), []
     for _ in range(2):
