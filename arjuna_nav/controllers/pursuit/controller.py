@@ -102,7 +102,7 @@ class RegulatedPurePursuit(PathController):
         self._arrived = near and (stays or paths.ends_here(self.path, pose))
         gentle = self._config.gentle_turns
         self._last_w = self._last_w if gentle else velocity.yaw_rate
-        if self._arrived and (gentle or self._config.use_rotate_to_heading):
+        if self._arrived and self._config.use_rotate_to_heading:
             self.carrot = None
             command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
