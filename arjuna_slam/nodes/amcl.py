@@ -110,7 +110,10 @@ class AmclNode(ManagedNode):
         return f"lost{' since the map was replaced' * bool(self._doubted)}: {estimate.reason}"
 
     def _on_map(self, message: Any) -> None:
-        """Take a map; on one that replaces another the pose is trusted once scans agree."""
+        """Take a map; on one that replaces another the pose is trusted once scans agree.
+
+        With `relocalize` only: else, as Nav2 does, it is broadcast whatever the scans say.
+        """
         replaces = self._grid is not None
         if replaces and self.config.first_map_only:
             return
@@ -120,7 +123,7 @@ class AmclNode(ManagedNode):
             self._refuse("map", error)
             return
         kept = 0.8  # share of the quality that the new map must reach
-        if replaces and self._estimate is not None:
+        if replaces and self._estimate is not None and self.config.relocalize:
             before = kept * self._estimate.quality
             self._doubted = min(float(self.config.relocalize_agreement), before)
 

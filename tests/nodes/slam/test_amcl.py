@@ -234,13 +234,18 @@ def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
     assert room.error[0] < 0.06
 
 
+def corridors() -> OccupancyGrid:
+    """Return another building's map."""
+    data = np.full(ROOM.data.shape, FREE, np.int8)
+    data[::30], data[:, ::90] = OCCUPIED, OCCUPIED
+    return OccupancyGrid(ROOM.frame, data)
+
+
 def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room) -> None:
     node = started(room)
     room.put_robot(room.robot.pose)
     room.drive(10)
-    corridors = np.full(ROOM.data.shape, FREE, np.int8)
-    corridors[::30], corridors[:, ::90] = OCCUPIED, OCCUPIED
-    room.publish_map(OccupancyGrid(ROOM.frame, corridors))
+    room.publish_map(corridors())
     room.transforms.clear()
     room.drive(10)
     assert room.transforms == []
@@ -250,6 +255,17 @@ def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room
     assert room.transforms
     assert node.trouble() == ""
     assert room.error < (0.3, 0.2)
+
+
+def test_without_relocalization_the_pose_is_broadcast_whatever_the_map(room: Room) -> None:
+    node = started(room, relocalize=False)
+    room.put_robot(room.robot.pose)
+    room.drive(10)
+    room.publish_map(corridors())
+    room.transforms.clear()
+    room.drive(5)
+    assert len(room.transforms) >= 4
+    assert "since the map was replaced" not in node.trouble()
 
 
 def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> None:
