@@ -41,7 +41,7 @@ def between() -> Any:
 BEFORE = walled(2.4, 0.0, 0.1, 6.0)  # wherever it drives, it collides
 BESIDE = walled(2.6, 2.3, 1.0, 0.4)
 AHEAD_ONLY = {"use_rotate_to_heading": False}
-FAR = {"other": (254, np.full(256, 9.0))}  # costs that show nothing near
+FAR = {"other": (254, np.full(256, 9.0), 0.55)}  # costs that show nothing near
 
 
 def run(
