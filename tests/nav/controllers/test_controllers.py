@@ -172,9 +172,10 @@ def test_says_that_no_path_was_set(controller: Controller) -> None:
         controller.set_path(np.empty((0, 3)))
 
 
-def test_a_fast_mppi_looks_as_far_along_the_path_as_it_can_drive() -> None:
+@pytest.mark.parametrize("reach", [True, False])
+def test_a_fast_mppi_looks_as_far_along_the_path_as_it_can_drive(reach: bool) -> None:
     costmap, robot = costmap_of(empty_grid(12.0, 4.0)), Unicycle(SE2(0.8, 2.0, 0.0))
-    controller = make("mppi", vx_max=2.0, vx_std=0.4)
+    controller = make("mppi", vx_max=2.0, vx_std=0.4, reach_counts=reach)
     controller.set_path(polyline([(0.8, 2.0), (11.0, 2.0)], 0.0))
     follow(controller, robot, costmap, 60)
-    assert robot.velocity.x > 1.2
+    assert (robot.velocity.x > 1.2) == reach
