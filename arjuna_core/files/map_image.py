@@ -120,12 +120,12 @@ def _occupancy_by_shade(shade: NDArray[np.floating[Any]], options: MapOptions) -
 
 
 def encoded(data: NDArray[np.int8], options: MapOptions, image_format: str) -> bytes:
-    """Return the `pgm` or `png` file of occupancy `(height, width) int8`, row 0 lowest in y."""
+    """Return the pgm, png or bmp file of occupancy `(height, width) int8`, row 0 lowest in y."""
     pixels = _shades(data, options)
     if options.mode == "scale" and (data < 0).any():
         pixels = np.dstack((pixels, np.where(data < 0, 0, 255).astype(np.uint8)))
     content = io.BytesIO()
-    Image.fromarray(pixels[::-1]).save(content, "PPM" if image_format == "pgm" else "PNG")
+    Image.fromarray(pixels[::-1]).save(content, {"pgm": "PPM"}.get(image_format, image_format))
     return content.getvalue()
 
 

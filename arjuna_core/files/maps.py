@@ -25,7 +25,7 @@ from arjuna_core.files.yaml_file import read_yaml
 from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 
-FORMATS = ("pgm", "png")
+FORMATS = ("pgm", "png", "bmp")
 _REQUIRED = ("image", "resolution", "origin")
 _OPTIONAL = ("negate", "occupied_thresh", "free_thresh", "mode")
 
@@ -214,5 +214,6 @@ def _check_to_write(
         raise MapError(stem, "must be 0 <= free_thresh < occupied_thresh <= 1", "thresholds")
     if not grid.data.size:
         raise MapError(stem, "the map is empty")
-    if options.mode == "scale" and image_format == "pgm" and grid.unknown().any():
-        raise MapError(stem, "mode 'scale' has no shade for unknown in a pgm image; valid: png")
+    if options.mode == "scale" and image_format != "png" and grid.unknown().any():
+        problem = f"mode 'scale' has no shade for unknown in a {image_format} image; valid: png"
+        raise MapError(stem, problem)

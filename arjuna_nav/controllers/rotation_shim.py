@@ -27,6 +27,7 @@ from arjuna_nav.controllers.base import (
     NO_PATH,
     Controller,
     ControlResult,
+    ControlStatus,
     PathController,
     TrackedPath,
 )
@@ -129,23 +130,33 @@ class RotationShim(PathController):
             return NO_PATH
         self._path.advance(pose)
         angle = self._angle(pose)
-        if angle is None:
-            self._turning = False
-            self._primary.speed_limit = self.speed_limit
-            want(self._primary, self.wanted)
-            result = self._primary.compute(pose, velocity, costmap, now)
-            self.shown = shown_by(self._primary)
-            self.carrot = self._primary.carrot
-            self._last_w = result.velocity.yaw_rate
-            return result
-        self.carrot = None
+        turn = None if angle is None else self._turned_by(angle, pose, velocity, costmap)
+        if turn is not None:
+            self.carrot, self._last_w = None, turn.velocity.yaw_rate
+            return turn
+        self._turning = False
+        self._primary.speed_limit = self.speed_limit
+        want(self._primary, self.wanted)
+        result = self._primary.compute(pose, velocity, costmap, now)
+        self.shown = shown_by(self._primary)
+        self.carrot = self._primary.carrot
+        self._last_w = result.velocity.yaw_rate
+        return result
+
+    def _turned_by(
+        self, angle: float, pose: SE2, velocity: Velocity, costmap: Costmap
+    ) -> ControlResult | None:
+        """Return a turn on the spot; None where it would collide, and the primary is to drive."""
         rate = velocity.yaw_rate if self._config.closed_loop else self._last_w
         command = Velocity(yaw_rate=self._turn.towards(angle, rate))
         duration = min(self._config.simulate_ahead_time, 1.0 / max(abs(command.yaw_rate), 1e-3))
-        arc = rollout(pose, command, duration, costmap.frame.resolution)
-        turn = self._turned(command, arc, costmap)
-        self._last_w = turn.velocity.yaw_rate
-        return turn
+        turn = self._turned(
+            command, rollout(pose, command, duration, costmap.frame.resolution), costmap
+        )
+        if turn.status is ControlStatus.SUCCEEDED:
+            return turn
+        self._due = False
+        return None
 
     def _angle(self, pose: SE2) -> float | None:
         """Return by how much to turn on the spot [rad]; None where the primary is to drive."""

@@ -52,7 +52,8 @@ class Costmap:
         moving: What moves: middles and radii in the grid, from its origin, `(K, 3)` [m].
         T_frame_own: Maps coordinates of the frame in which the layers keep the grid into `frame`'s.
         leaves: Whether a motion that begins in a collision may lead out of it.
-        inflations: `circumscribed_cost` and `clearances` by the name of each inflation layer.
+        inflations: `circumscribed_cost`, `clearances` and the radius [m] by the name of each
+            inflation layer.
     """
 
     frame: GridFrame
@@ -65,7 +66,7 @@ class Costmap:
     moving: Floats = field(default_factory=lambda: np.zeros((0, 3)))
     T_frame_own: SE2 = IDENTITY
     leaves: bool = True
-    inflations: Mapping[str, tuple[int, Floats]] = field(default_factory=dict)
+    inflations: Mapping[str, tuple[int, Floats, float]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
         if self.data.shape != self.frame.shape:

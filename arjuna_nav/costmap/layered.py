@@ -170,18 +170,22 @@ class LayeredCostmap:
         """Make the whole costmap again: a layer has been switched."""
         frame, in_use = self._master.frame, self.group.in_use
         inflations = {
-            one.name: (one.circumscribed_cost() if one is in_use[-1] else 0, one.clearances())
+            one.name: (
+                one.circumscribed_cost() if one is in_use[-1] else 0,
+                one.clearances(),
+                float(one.config.inflation_radius),
+            )
             for one in in_use
             if isinstance(one, InflationLayer)
         }
-        circumscribed_cost, distances = list(inflations.values() or [(0, clearances(0.0))])[-1]
+        last = list(inflations.values() or [(0, clearances(0.0), 0.0)])[-1]
         self._costmap = Costmap(
             frame,
             self._composed(whole(frame.shape)),
             self._stamp,
-            circumscribed_cost,
+            last[0],
             self._master.footprint.circumscribed_radius,
-            distances,
+            last[1],
             self._master.hits,
             leaves=self._master.config.leave_obstacles,
             inflations=inflations,

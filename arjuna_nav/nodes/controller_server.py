@@ -211,7 +211,7 @@ class ControllerServerNode(GoalNode):
         if "local_plan" not in shown and getattr(self._plugin, "publish_local_plan", True):
             self._publish_local_plan(result.velocity)
         self._server.feedback(
-            FollowPath.Feedback(distance_to_goal=result.distance, speed=self._velocity.x)
+            FollowPath.Feedback(distance_to_goal=result.distance, speed=result.velocity.speed)
         )
 
     def _publish_carrot(self, carrot: SE2 | None) -> None:

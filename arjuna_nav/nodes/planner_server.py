@@ -52,6 +52,12 @@ class PlannerServerConfig:
     min_turning_radius: float = min_turning_radius(
         " (planners keep to one of their own: where that is less, it is logged)"
     )
+    fit_outline: bool = param(
+        True,
+        "Whether a path that the outline cannot follow is replaced by one that it can, and gaps are"
+        " tried that only the cells' size closes; else, as Nav2, the planner has the last word.",
+        theirs=False,
+    )
     retry_period: float = duration_param(
         0.1, "Time between two looks for a current costmap.", minimum=0.001, read_only=True
     )
@@ -185,8 +191,9 @@ class PlannerServerNode(GoalNode):
         limit = getattr(getattr(self.config, planner), "max_planning_time", math.inf)
         plan = _Plan(self._costmap.layered.footprint, self.now, limit)
         self._plans[name] = plan
+        shape = plan.outline, self.config.fit_outline
         self._worker.run(
-            partial(_made, plan.stop, self._planner(planner), costmap, start, ends, plan.outline),
+            partial(_made, plan.stop, self._planner(planner), costmap, start, ends, *shape),
             self.guarded(name, partial(self._finish, name, plan), partial(self._failed, name)),
         )
 

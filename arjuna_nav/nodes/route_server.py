@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -26,7 +27,14 @@ from arjuna_nav.nodes.routes.plugins import OPERATIONS, SCORERS, RouteHost
 from arjuna_nav.routes.graph import Edge, Graph, read_graph
 from arjuna_nav.routes.obstacles import nearest_node
 from arjuna_nav.routes.operations import RouteEvent, RouteOperation, perform
-from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
+from arjuna_nav.routes.route import (
+    Route,
+    RouteSearchError,
+    Tracker,
+    find_route,
+    path_along,
+    pruned,
+)
 from arjuna_nav.routes.scorers import RouteRequest, RouteScorer, edge_cost
 
 _NO_GRAPH = "no graph is loaded; valid: graph_filepath or route_server/set_route_graph"
@@ -149,6 +157,8 @@ class RouteServerNode(RouteHost):
         def run() -> T | GoalError:
             try:
                 return work()
+            except RouteSearchError as error:
+                return GoalError(_Codes.TIMEOUT, str(error))
             except ArjunaError as error:
                 return GoalError(code, str(error))
 
@@ -168,11 +178,13 @@ class RouteServerNode(RouteHost):
         if missing := [node for node in ends if node not in graph.nodes]:
             raise GoalError(_Codes.INDETERMINANT_NODES_ON_GRAPH, f"the graph has no node {missing}")
 
+        most = config.max_iterations if config.max_iterations > 0 else math.inf
+
         def cost(one: Edge) -> float | None:
             return edge_cost(self._scorers, one, request)
 
         route = self._of_plugins(
-            _Codes.INVALID_EDGE_SCORER_USE, lambda: find_route(graph, *ends, cost)
+            _Codes.INVALID_EDGE_SCORER_USE, lambda: find_route(graph, *ends, cost, most)
         )
         if route is None:
             raise GoalError(_Codes.NO_VALID_ROUTE, f"no route from node {ends[0]} to {ends[1]}")

@@ -192,11 +192,13 @@ def plan_through(
     start: SE2,
     goals: Sequence[SE2],
     footprint: Footprint | None = None,
+    fits: bool = True,
 ) -> PlanResult:
     """Plan through poses to the last; without any, NO_VALID_PATH.
 
-    Where a footprint is given, a path that its outline could not follow is replaced by one
-    that it can, if there is one. Planned is for its axle, of which the planner has the outline too.
+    Where a footprint is given and the path is to fit it, one that its outline could not follow is
+    replaced by one that it can, if there is one. Planned is for its axle, of which the planner has
+    the outline too.
     """
     if not goals:
         return PlanResult.failed(PlanStatus.NO_VALID_PATH, "no goals were given")
@@ -209,7 +211,7 @@ def plan_through(
     for goal in goals:
         result = (
             planner.plan(costmap, start, goal)
-            if footprint is None
+            if footprint is None or not fits
             else plan_for_outline(planner, costmap, start, goal, footprint)
         )
         if result.status is not PlanStatus.SUCCEEDED:

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from arjuna_core.arrays import Floats
+from arjuna_core.errors import ArjunaError
 from arjuna_nav.routes.graph import Edge, Graph, Node, Point
 
 
@@ -36,8 +37,16 @@ class Route:
         return Route(self.edges[0].end, self.edges[1:], self.costs[1:])
 
 
+class RouteSearchError(ArjunaError):
+    """A search for a route was given up."""
+
+
 def find_route(
-    graph: Graph, start: int, goal: int, cost: Callable[[Edge], float | None]
+    graph: Graph,
+    start: int,
+    goal: int,
+    cost: Callable[[Edge], float | None],
+    limit: float = math.inf,
 ) -> Route | None:
     """Return the cheapest route between two nodes, None where there is none.
 
@@ -45,6 +54,10 @@ def find_route(
         start: Number of the first node.
         goal: Number of the last.
         cost: Returns what an edge costs, at least 0; None where it is closed.
+        limit: Greatest number of nodes that are looked at.
+
+    Raises:
+        RouteSearchError: So many nodes were looked at.
 
     Source: Dijkstra, A note on two problems in connexion with graphs, 1959.
     """
@@ -52,8 +65,11 @@ def find_route(
     for edge in graph.edges.values():
         leaving.setdefault(edge.start.id, []).append(edge)
     before: dict[int, tuple[Edge, float]] = {}
-    best, queue, done = {start: 0.0}, [(0.0, start)], set[int]()
+    best, queue, done, looked = {start: 0.0}, [(0.0, start)], set[int](), 0
     while queue:
+        looked += 1
+        if looked > limit:
+            raise RouteSearchError(f"no route in max_iterations = {limit}")
         so_far, node = heapq.heappop(queue)
         if node == goal:
             return _back(before, graph.nodes[start], graph.nodes[goal])

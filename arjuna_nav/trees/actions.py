@@ -68,7 +68,7 @@ class RemovePassedGoals(Framed):
     output_waypoint_statuses = Port(ANY, None, output=True)
 
     def _tick(self) -> Status:
-        goals, pose = self.input_goals, self.tree.state.pose
+        goals, pose = self.input_goals, self.tree.state.robot(base=self.robot_base_frame)
         if pose is None:
             return Status.FAILURE
         while len(goals) > 1 and pose.distance(goals[0]) <= self.radius:
@@ -214,7 +214,8 @@ class TruncatePathLocal(_OfPaths):
     _at = 0
 
     def _tick(self) -> Status:
-        path, pose = self.input_path, self.pose or self.tree.state.pose
+        path = self.input_path
+        pose = self.pose or self.tree.state.robot(base=self.robot_frame)
         if not len(path):
             return self._write(path, path)
         if pose is None:
@@ -260,11 +261,11 @@ class GetPoseFromPath(TreeNode):
 
 
 class GetCurrentPose(Framed):
-    """Writes the robot's pose; fails where it is not known."""
+    """Writes the robot's pose, seen from the navigator's frame; fails where it is not known."""
 
     current_pose = Port(POSE, None, output=True)
 
     def _tick(self) -> Status:
-        pose = self.tree.state.pose
+        pose = self.tree.state.robot(base=self.robot_base_frame)
         self.current_pose = pose
         return Status.FAILURE if pose is None else Status.SUCCESS

@@ -59,10 +59,14 @@ class Asking(TreeNode):
 
     def _ask(self) -> Status:
         self._asked = self._request()
-        server = str(self.get(self.NAMED_BY)) or self.SERVER
         timeout = float(self.server_timeout) / 1000.0  # [ms] in XML
-        self._key = self.tree.ask(self.KIND, server, self._asked, self.FEEDBACK, timeout)
+        self._key = self.tree.ask(self.KIND, self.server, self._asked, self.FEEDBACK, timeout)
         return Status.RUNNING
+
+    @property
+    def server(self) -> str:
+        """The name of the server that is asked."""
+        return str(self.get(self.NAMED_BY)) or self.SERVER
 
     @property
     def asked(self) -> Mapping[str, Any]:

@@ -30,12 +30,6 @@ from arjuna_nav.trees.ports import (
 )
 
 _Answered = tuple[Callable[[Any], bool], dict[str, Port]]
-_FRAMES = {"global_frame": Port(TEXT, ""), "robot_base_frame": Port(TEXT, "")}
-
-
-def _is_at_goal(node: Any) -> bool:
-    pose = node.tree.state.pose
-    return pose is not None and pose.distance(node.goal) <= node.goal_reached_tol
 
 
 def _helps_with(*codes: int) -> _Answered:
@@ -47,10 +41,6 @@ _SIMPLE: dict[str, _Answered] = {
     "AlwaysSuccess": (lambda node: True, {}),
     "AlwaysFailure": (lambda node: False, {}),
     "ScriptCondition": (lambda node: node.code.holds(node.board), {"code": Port(SCRIPT)}),
-    "GoalReached": (
-        _is_at_goal,
-        {"goal": Port(POSE), "goal_reached_tol": Port(NUMBER, 0.25), **_FRAMES},
-    ),
     "InitialPoseReceived": (
         lambda node: node.tree.state.pose is not None,
         {"initial_pose_received": Port(TEXT, "")},
@@ -154,6 +144,17 @@ class PathExpiringTimer(TimeExpired):
         return self._path is not before
 
 
+class GoalReached(Framed, Condition):
+    """Succeeds where the robot's frame is near the goal."""
+
+    goal = Port(POSE)
+    goal_reached_tol = Port(NUMBER, 0.25)
+
+    def _holds(self) -> bool:
+        pose = self.tree.state.robot(base=self.robot_base_frame)
+        return pose is not None and pose.distance(self.goal) <= self.goal_reached_tol
+
+
 class IsGoalNearby(Framed, Condition):
     """Succeeds where a path has less than some length left from the robot on.
 
@@ -167,7 +168,8 @@ class IsGoalNearby(Framed, Condition):
     _at = 0
 
     def _holds(self) -> bool:
-        path, pose, reach = self.path, self.tree.state.pose, self.max_robot_pose_search_dist
+        pose = self.tree.state.robot(base=self.robot_base_frame)
+        path, reach = self.path, self.max_robot_pose_search_dist
         if path is None or not len(path) or pose is None:
             return False
         if path is not self._path or reach < 0.0:
@@ -205,7 +207,7 @@ class DistanceTraveled(Framed, Condition):
     _start: Any = None
 
     def _holds(self) -> bool:
-        pose = self.tree.state.pose
+        pose = self.tree.state.robot(self.global_frame, self.robot_base_frame)
         if self.status is Status.IDLE or self._start is None:
             self._start = pose
             return False
@@ -258,8 +260,8 @@ class TransformAvailable(Condition):
     _known = False
 
     def _holds(self) -> bool:
-        connected = self.tree.state.connected
-        self._known = self._known or connected(self.parent, self.child)
+        state = self.tree.state
+        self._known = self._known or state.transform(self.parent, self.child) is not None
         return self._known
 
 

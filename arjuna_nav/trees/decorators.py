@@ -289,10 +289,13 @@ class DistanceController(Framed, _Gate):
     _start: SE2 | None = None
 
     def _restart(self) -> None:
-        self._start = self.tree.state.pose
+        self._start = self._robot()
+
+    def _robot(self) -> SE2 | None:
+        return self.tree.state.robot(self.global_frame, self.robot_base_frame)
 
     def _is_due(self) -> bool:
-        pose, start = self.tree.state.pose, self._start
+        pose, start = self._robot(), self._start
         return pose is not None and (start is None or pose.distance(start) >= float(self.distance))
 
 

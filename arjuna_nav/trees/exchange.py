@@ -82,7 +82,8 @@ class TreeState:
         selected: What was chosen on the selectors' topics.
         moved_goal: The newest pose on the topic goal_update since the goal came.
         batteries: By their topics.
-        connected: Returns whether a transform is known from the second frame to the first.
+        transform: Returns where the second frame is in the first, None where that is not known;
+            the navigator's own frames stand for empty names.
         mean_velocity: Returns the robot's over `filter_duration`.
     """
 
@@ -95,8 +96,12 @@ class TreeState:
     selected: Mapping[str, str] = field(default_factory=dict)
     moved_goal: SE2 | None = None
     batteries: Mapping[str, Battery] = field(default_factory=dict)
-    connected: Callable[[str, str], bool] = lambda parent, child: False
+    transform: Callable[[str, str], SE2 | None] = lambda parent, child: None
     mean_velocity: Callable[[], Velocity] = lambda: STILL
+
+    def robot(self, frame: str = "", base: str = "") -> SE2 | None:
+        """Return where a frame of the robot is in another, None where that is not known."""
+        return self.transform(frame, base) if frame or base else self.pose
 
 
 @dataclass(frozen=True)

@@ -267,7 +267,7 @@ class Condition(TreeNode):
 
 
 class Framed(TreeNode):
-    """A node that names the frames of the robot's pose, as Nav2's; the navigator's hold."""
+    """A node that names the frames of the robot's pose; empty ones are the navigator's."""
 
     global_frame = Port(TEXT, "")
     robot_base_frame = Port(TEXT, "")

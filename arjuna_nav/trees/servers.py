@@ -296,7 +296,10 @@ class ReinitializeGlobalLocalization(_Recovering):
 
 
 class _Cancel(TreeNode):
-    """Cancels what the tree asked of one action; the node that asked succeeds, as Nav2's do."""
+    """Cancels what the tree asked of a server, or of all of its kind where it names none.
+
+    The node that asked succeeds, as Nav2's do.
+    """
 
     server_name = Port(TEXT, "")
     server_timeout = Port(NUMBER, 0.0)
@@ -304,7 +307,9 @@ class _Cancel(TreeNode):
 
     def _tick(self) -> Status:
         for node in self.tree.asking:
-            if isinstance(node, Asking) and node.KIND == self.KIND:
+            if not isinstance(node, Asking) or node.KIND != self.KIND:
+                continue
+            if self.server_name in ("", node.server):
                 node.cancel()
         return Status.SUCCESS
 

@@ -80,7 +80,9 @@ class AmclConfig:
     lambda_short: float = param(
         0.1, "Decay of what unmapped things stop (beam model).", unit="1/m", minimum=0.0
     )
-    do_beamskip: bool = param(False, "Leave out beams that fit few particles (prob model).")
+    do_beamskip: bool = param(
+        False, "Leave out beams that fit few particles, once these have converged (prob model)."
+    )
     beam_skip_distance: float = length_param(0.5, "Distance at which a beam fits.")
     beam_skip_threshold: float = share_param(
         0.3, "Share of particles that a beam must fit to be used."

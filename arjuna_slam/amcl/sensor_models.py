@@ -18,6 +18,7 @@ from arjuna_slam.matching.map_field import MapField, bordered, sum_at_endpoints
 
 _HEADINGS = 360  # for which ranges are cast ahead: a degree each
 _MILLIMETRE = 1e-3
+_CONVERGED = 0.5  # nav2_amcl, pf_alloc: dist_threshold [m]
 _FARTHEST = 32.0  # the cache has 15 bits for a range [m]
 _UNSEEN, _UNKNOWN = 0, 1 << 15  # entries of the cache: not cast yet; the ray ends in the unknown
 
@@ -86,6 +87,12 @@ class LikelihoodField(_Tabulated):
         return Likelihood(factors, factors)
 
 
+def _has_converged(particles: Floats) -> bool:
+    """Return whether no particle is far from their mean; source: nav2_amcl, pf_update_converged."""
+    off = np.abs(particles[:, :2] - particles[:, :2].mean(axis=0))
+    return bool(off.max() <= _CONVERGED)
+
+
 class LikelihoodFieldProb(_Tabulated):
     """nav2_amcl's `likelihood_field_prob`: the product over beams, with beam skipping.
 
@@ -100,7 +107,7 @@ class LikelihoodFieldProb(_Tabulated):
     def weigh(self, particles: Floats, view: ScanView) -> Likelihood:
         """See `SensorModel.weigh`."""
         poses, cells = self._in_cells(particles, view)
-        if self._config.do_beamskip:
+        if self._config.do_beamskip and _has_converged(particles):
             cells = self._skip(poses, cells)
         sums = self._sums(poses, cells, view.range_max)
         return Likelihood(np.exp(sums - sums.max()), np.exp(sums / max(1, len(cells))))

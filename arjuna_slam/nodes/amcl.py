@@ -12,7 +12,12 @@ from std_srvs.srv import Empty
 
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import covariance_from_pose, grid_from_msg, se2_from_pose
+from arjuna_core.ros.convert import (
+    covariance_from_pose,
+    grid_from_msg,
+    se2_from_pose,
+    seconds,
+)
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.scan_queue import BaseFrames, ScanQueue
 from arjuna_core.scan import Scan
@@ -60,7 +65,13 @@ class AmclNode(ManagedNode):
             shared=True,
         )
         subscribe_scans(self, c.scan_topic, qos.SENSOR_SUBSCRIPTION, self._on_scan)
-        self.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_initial_pose, qos.DEFAULT)
+        self.subscribe(
+            PoseWithCovarianceStamped,
+            "initialpose",
+            self._on_initial_pose,
+            qos.DEFAULT,
+            while_inactive=True,
+        )
         self.serve(Empty, "reinitialize_global_localization", self._on_globalize)
         self.serve(Empty, "request_nomotion_update", self._on_nomotion)
         self.serve(SetInitialPose, "set_initial_pose", self._on_set_initial_pose)
@@ -99,7 +110,10 @@ class AmclNode(ManagedNode):
         return f"lost{' since the map was replaced' * bool(self._doubted)}: {estimate.reason}"
 
     def _on_map(self, message: Any) -> None:
-        """Take a map; on one that replaces another the pose is trusted once scans agree."""
+        """Take a map; on one that replaces another the pose is trusted once scans agree.
+
+        With `relocalize` only: else, as Nav2 does, it is broadcast whatever the scans say.
+        """
         replaces = self._grid is not None
         if replaces and self.config.first_map_only:
             return
@@ -109,7 +123,7 @@ class AmclNode(ManagedNode):
             self._refuse("map", error)
             return
         kept = 0.8  # share of the quality that the new map must reach
-        if replaces and self._estimate is not None:
+        if replaces and self._estimate is not None and self.config.relocalize:
             before = kept * self._estimate.quality
             self._doubted = min(float(self.config.relocalize_agreement), before)
 
@@ -171,11 +185,23 @@ class AmclNode(ManagedNode):
             self._refuse("initial pose", error)
             return
         self._doubted = 0.0
-        self._start_at(pose, covariance_from_pose(message.pose.covariance))
+        start = pose @ self._moved_since(seconds(message.header.stamp))
+        self._given = (start, covariance_from_pose(message.pose.covariance))
+        if self.active:
+            self._start_at(*self._given)
+
+    def _moved_since(self, stamp: float) -> SE2:
+        """Return how far the robot has moved since a time [s], by odometry; 0: it is now.
+
+        Source: nav2_amcl, AmclNode::handleInitialPose.
+        """
+        frames = self.config.odom_frame_id, self.config.base_frame_id
+        then = self.transforms.try_lookup(*frames, stamp) if stamp > 0.0 else None
+        now = self.transforms.try_lookup(*frames)
+        return SE2() if then is None or now is None else then.inverse() @ now
 
     def _on_set_initial_pose(self, request: Any, response: Any) -> Any:
-        if self.active:
-            self._on_initial_pose(request.pose)
+        self._on_initial_pose(request.pose)
         return response
 
     def _on_globalize(self, request: Any, response: Any) -> Any:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from arjuna_core.config import infos
 from arjuna_core.plugins import NamedConfigs, PluginTypes, canonical
 from bringup.parameters.files import for_node, shipped_parameters
 from bringup.parameters.listing import bounds, described, scalar
@@ -53,9 +54,10 @@ def _not_loaded(spec: NodeSpec) -> Iterator[str]:
         for name in kind.types:
             if (f"Class of the {kind.what}, or module:Class.", name) not in loaded:
                 yield f"### `{name}`\n\nA {kind.what} of `{spec.name}`.\n"
-                wraps = kind.what == "controller" and hasattr(kind.resolve(name), "config_for")
-                given = {"primary_controller": kind.default} if wraps else {}
-                yield from _table(spec, kind.config_of(name, given), given)
+                primary = {"primary_controller": kind.default}
+                made = kind.config_of(name, primary)
+                given = primary if primary.keys() <= infos(made).keys() else {}
+                yield from _table(spec, made, given)
     for row in rows:
         if isinstance(row.info.plugins, NamedConfigs) and not row.value:
             yield f"### Each of `{row.key}`\n\nOf `{spec.name}`.\n"

@@ -129,12 +129,14 @@ def test_pure_pursuit(case: str) -> None:
     assert (result.velocity.x, result.velocity.yaw_rate) == pytest.approx((v, w), abs=1e-4)
 
 
-def test_pure_pursuit_beside_an_obstacle() -> None:
-    follower = controller(RPP, {"inflation_cost_scaling_factor": 5.0})
+# distance = -ln(119 / 252) / factor + 0.25 = 0.40007 or 0.32503, whatever the layer's own factor:
+# v = 0.5 x distance / 0.6
+@pytest.mark.parametrize(("factor", "v"), [(5.0, 0.33339), (10.0, 0.27086)])
+def test_pure_pursuit_beside_an_obstacle(factor: float, v: float) -> None:
+    follower = controller(RPP, {"inflation_cost_scaling_factor": factor})
     follower.set_path(ahead())
-    # distance = -ln(119 / 252) / 5 + 0.25 = 0.40007: v = 0.5 x 0.40007 / 0.6
     driven = follower.compute(SE2(), STILL, beside_a_wall(), 0.0).velocity
-    assert driven.x == pytest.approx(0.33339, abs=1e-4)
+    assert driven.x == pytest.approx(v, abs=1e-4)
 
 
 def follow(costmap: Costmap, path: Any, pose: SE2, **values: Any) -> Any:

@@ -116,6 +116,14 @@ def test_defaults_are_nav2s(section: str) -> None:
     assert not differing, "ours, Nav2's"
 
 
+def test_critics_that_a_file_lists_for_dwb_have_nav2s_defaults() -> None:
+    # TrajectoryCritic::initialize, MapGridCritic, PathAlignCritic and GoalAlignCritic::onInit
+    made = flatten(load(CONTROLLERS.config_of("dwb_core::DWBLocalPlanner", {"critics": []}), {}))
+    assert {value for key, value in made.items() if key.endswith(".scale")} == {1.0}
+    assert {v for k, v in made.items() if k.endswith(".forward_point_distance")} == {0.325}
+    assert {v for k, v in made.items() if k.endswith(".aggregation_type")} == {"last"}
+
+
 def test_what_differs_is_there_and_does() -> None:
     for entry in DIFFERS:
         section, _, key = entry.rpartition(".")

@@ -33,6 +33,7 @@ _FAN = "arjuna_nav.controllers.dwb.trajectories:"
 GENERATORS = PluginTypes(
     "trajectory generator", dict.fromkeys((_STANDARD, _LIMITED), _FAN), _STANDARD, stands_in=True
 )
+AGGREGATIONS = ("last", "sum", "product")
 _STOCK = (
     *("RotateToGoal", "Oscillation", "BaseObstacle", "GoalAlign", "PathAlign", "PathDist"),
     "GoalDist",
@@ -66,8 +67,15 @@ class OscillationConfig:
         "Forward speed above which strafing and turning may change their sign; below 0 at none.",
         unit="m/s",
     )
-    oscillation_reset_dist: float = length_param(0.05, "Distance after which all is allowed again.")
-    oscillation_reset_angle: float = angle_param(0.2, "Angle after which all is allowed again.")
+    oscillation_reset_dist: float = param(
+        0.05, "Distance after which all is allowed again; below 0 after none.", unit="m"
+    )
+    oscillation_reset_angle: float = param(
+        0.2, "Angle after which all is allowed again; below 0 after none.", unit="rad"
+    )
+    oscillation_reset_time: float = param(
+        -1.0, "Time after which all is allowed again; below 0 after none.", unit="s"
+    )
 
 
 @dataclass(frozen=True)
@@ -78,10 +86,21 @@ class ObstacleConfig(ScaledConfig):
 
 
 @dataclass(frozen=True)
-class AlignConfig(ScaledConfig):
+class MapGridConfig(ScaledConfig):
+    """Scores the distance from the path or its end."""
+
+    aggregation_type: str = param(
+        "last",
+        "What of a trajectory counts: its last pose's distance, or all poses' added or multiplied.",
+        choices=AGGREGATIONS,
+    )
+
+
+@dataclass(frozen=True)
+class AlignConfig(MapGridConfig):
     """Scores the distance of a point ahead of the robot, so that its heading matters."""
 
-    forward_point_distance: float = length_param(0.1, "How far ahead the point lies.")
+    forward_point_distance: float = length_param(0.325, "How far ahead the point lies.")
 
 
 @dataclass(frozen=True)
@@ -187,10 +206,10 @@ class DwbConfig(PluginConfig):
     Oscillation: OscillationConfig = field(default_factory=OscillationConfig)
     BaseObstacle: ObstacleConfig = with_defaults(ObstacleConfig, scale=0.02)
     ObstacleFootprint: ObstacleConfig = with_defaults(ObstacleConfig, scale=0.02)
-    PathAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0)
-    GoalAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0)
-    PathDist: ScaledConfig = with_defaults(ScaledConfig, scale=32.0)
-    GoalDist: ScaledConfig = with_defaults(ScaledConfig, scale=32.0)
+    PathAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0, forward_point_distance=0.1)
+    GoalAlign: AlignConfig = with_defaults(AlignConfig, scale=32.0, forward_point_distance=0.1)
+    PathDist: MapGridConfig = with_defaults(MapGridConfig, scale=32.0)
+    GoalDist: MapGridConfig = with_defaults(MapGridConfig, scale=32.0)
     PreferForward: PreferForwardConfig = with_defaults(PreferForwardConfig, scale=5.0)
     Twirling: ScaledConfig = field(default_factory=ScaledConfig)
 
@@ -201,3 +220,17 @@ class DwbConfig(PluginConfig):
                 f"'default_critic_namespaces' is {list(namespaces)}, where there is no "
                 f"'{self.critics[0]}'; valid: none, or 'dwb_critics' among them"
             )
+
+
+@dataclass(frozen=True)
+class ListedDwbConfig(DwbConfig):
+    """Parameters of DWB whose critics are listed: what is left out of them is Nav2's default."""
+
+    RotateToGoal: RotateToGoalConfig = field(default_factory=RotateToGoalConfig)
+    BaseObstacle: ObstacleConfig = field(default_factory=ObstacleConfig)
+    ObstacleFootprint: ObstacleConfig = field(default_factory=ObstacleConfig)
+    PathAlign: AlignConfig = field(default_factory=AlignConfig)
+    GoalAlign: AlignConfig = field(default_factory=AlignConfig)
+    PathDist: MapGridConfig = field(default_factory=MapGridConfig)
+    GoalDist: MapGridConfig = field(default_factory=MapGridConfig)
+    PreferForward: PreferForwardConfig = field(default_factory=PreferForwardConfig)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,7 +20,13 @@ from arjuna_nav.controllers.base import (
 )
 from arjuna_nav.controllers.checkers import is_there
 from arjuna_nav.controllers.display import Cloud, Evaluation, Plan, Shapes
-from arjuna_nav.controllers.dwb.config import CRITICS, NAV2_CRITICS, DwbConfig
+from arjuna_nav.controllers.dwb.config import (
+    AGGREGATIONS,
+    CRITICS,
+    NAV2_CRITICS,
+    DwbConfig,
+    ListedDwbConfig,
+)
 from arjuna_nav.controllers.dwb.distances import path_cells, spread_distances
 from arjuna_nav.controllers.dwb.evaluation import DwbCritic, Evaluated, Trials, simulated
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
@@ -44,6 +51,11 @@ class Dwb(PathController):
 
     Config: ClassVar[type[Any]] = DwbConfig
     _config: DwbConfig
+
+    @staticmethod
+    def config_for(values: Mapping[str, Any]) -> type[DwbConfig]:
+        """Return the parameters; those of critics have Nav2's defaults where a file lists them."""
+        return ListedDwbConfig if "critics" in values else DwbConfig
 
     @staticmethod
     def shows(config: DwbConfig) -> dict[str, type[Any]]:
@@ -112,7 +124,7 @@ class Dwb(PathController):
         chosen = evaluated.first_velocity() if config.limit_vel_cmd_in_traj else samples[best]
         v, side, w = (float(value) for value in chosen)
         command = Velocity(v, y=side, yaw_rate=w)
-        self._oscillation.take(command, pose)
+        self._oscillation.take(command, pose, now)
         return ControlResult(ControlStatus.SUCCEEDED, command)
 
     def _samples(self, velocity: Velocity) -> Floats:
@@ -252,13 +264,15 @@ class Dwb(PathController):
         """Return what the critics weigh now; a cell counts half its size, as in Nav2."""
         config, resolution = self._config, costmap.frame.resolution
         goal, half = self._path.goal, 0.5 * resolution
-        obstacle = config.BaseObstacle if self._uses("BaseObstacle") else config.ObstacleFootprint
-        uses_obstacle = self._uses("BaseObstacle") or self._uses("ObstacleFootprint")
+        centre, outline = config.BaseObstacle, config.ObstacleFootprint
+        grids = config.PathDist, config.GoalDist, config.PathAlign, config.GoalAlign
         far = pose.distance(goal) > config.PathAlign.forward_point_distance
         aims = not self._arrived
         return Weights(
-            obstacle.scale * uses_obstacle,
-            obstacle.sum_scores,
+            centre.scale * self._uses("BaseObstacle"),
+            centre.sum_scores,
+            outline.scale * self._uses("ObstacleFootprint"),
+            outline.sum_scores,
             half * config.PathDist.scale * (self._uses("PathDist") and aims),
             half * config.GoalDist.scale * (self._uses("GoalDist") and aims),
             half * config.PathAlign.scale * (self._uses("PathAlign") and far and aims),
@@ -268,6 +282,7 @@ class Dwb(PathController):
             config.RotateToGoal.scale * (self._uses("RotateToGoal") and self._arrived),
             goal.theta - costmap.frame.origin.theta,
             config.RotateToGoal.lookahead_time,
+            np.array([AGGREGATIONS.index(grid.aggregation_type) for grid in grids]),
         )
 
 

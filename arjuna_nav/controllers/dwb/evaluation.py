@@ -21,12 +21,12 @@ from arjuna_nav.costmap.costmap import Costmap
 
 _PARTS = {
     "BaseObstacle": ("obstacle", 0),
-    "ObstacleFootprint": ("obstacle", 0),
-    "PathDist": ("path_dist", 1),
-    "GoalDist": ("goal_dist", 2),
-    "PathAlign": ("path_align", 3),
-    "GoalAlign": ("goal_align", 4),
-    "RotateToGoal": ("heading", 5),
+    "ObstacleFootprint": ("outline", 1),
+    "PathDist": ("path_dist", 2),
+    "GoalDist": ("goal_dist", 3),
+    "PathAlign": ("path_align", 4),
+    "GoalAlign": ("goal_align", 5),
+    "RotateToGoal": ("heading", 6),
 }
 """Of each critic that judges a trajectory, its field of `Weights` and place in `raw_scores`."""
 
@@ -140,7 +140,7 @@ class Evaluated:
             scale, raw = getattr(self._config, name).scale, 0.0
             if name in self._velocity_scores:
                 raw += float(self._velocity_scores[name][index])
-            if name in _PARTS and (name == self._obstacle or "Obstacle" not in name):
+            if name in _PARTS:
                 weight, column = _PARTS[name]
                 raw += float(parts[column])
                 scale = getattr(self._scoring.weights, weight) if name != "RotateToGoal" else scale

@@ -15,7 +15,7 @@ class Oscillation:
 
     def __init__(self, config: OscillationConfig) -> None:
         self._config = config
-        self._since: SE2 | None = None
+        self._since: tuple[SE2, float] | None = None
         self.reset()
 
     def reset(self) -> None:
@@ -23,9 +23,9 @@ class Oscillation:
         self._signs, self._only = [0, 0, 0], [0, 0, 0]  # had last; allowed, 0 for both
         self._since = None
 
-    def take(self, command: Velocity, pose: SE2) -> None:
-        """Take what was commanded at a pose."""
-        if self._since is not None and self._got_on(self._since, pose):
+    def take(self, command: Velocity, pose: SE2, now: float) -> None:
+        """Take what was commanded at a pose and a time [s]."""
+        if self._since is not None and self._got_on(*self._since, pose, now):
             self.reset()
         slow = self._config.x_only_threshold
         all_count = slow < 0.0 or abs(command.x) <= slow
@@ -33,14 +33,15 @@ class Oscillation:
         for k, value in enumerate(values):
             sign = (value > 0.0) - (value < 0.0)
             if sign != 0 and self._signs[k] == -sign:
-                self._only[k], self._since = sign, pose
+                self._only[k], self._since = sign, (pose, now)
             self._signs[k] = sign or self._signs[k]
 
-    def _got_on(self, before: SE2, pose: SE2) -> bool:
-        turned = abs(wrap(pose.theta - before.theta))
+    def _got_on(self, before: SE2, since: float, pose: SE2, now: float) -> bool:
+        config, turned = self._config, abs(wrap(pose.theta - before.theta))
         return (
-            before.distance(pose) > self._config.oscillation_reset_dist
-            or turned > self._config.oscillation_reset_angle
+            before.distance(pose) > config.oscillation_reset_dist >= 0.0
+            or turned > config.oscillation_reset_angle >= 0.0
+            or now - since > config.oscillation_reset_time >= 0.0
         )
 
     @property

@@ -54,7 +54,9 @@ class Weights(NamedTuple):
     """Weights of the critics; 0 for those not in use.
 
     Attributes:
-        sum_costs: Whether all costs of a trajectory count, else the last.
+        sum_costs: Whether all costs below the centre of a trajectory count, else the last.
+        outline: Of the worst cost below the outline.
+        sum_outline: Whether all those of a trajectory count, else the last.
         path_dist: Of the end's distance from the path, a cell.
         goal_dist: Of the end's distance from the path's end, a cell.
         path_align: Of the same of a point ahead, `path_point` cells.
@@ -64,10 +66,14 @@ class Weights(NamedTuple):
         heading: Of the end's angle from `goal_yaw`.
         goal_yaw: The goal's heading in the grid [rad].
         heading_time: When the heading is taken [s]; below 0 at the end.
+        aggregations: What counts of path_dist, goal_dist, path_align and goal_align, as an index
+            of `AGGREGATIONS`, `(4,) int64`.
     """
 
     obstacle: float
     sum_costs: bool
+    outline: float
+    sum_outline: bool
     path_dist: float
     goal_dist: float
     path_align: float
@@ -77,6 +83,7 @@ class Weights(NamedTuple):
     heading: float
     goal_yaw: float
     heading_time: float
+    aggregations: NDArray[np.int64]
 
 
 class Scoring(NamedTuple):
@@ -114,11 +121,12 @@ def score_all(by: Scoring, skips: bool) -> int:
     for i in range(len(by.samples)):
         if by.base[i] == math.inf or (skips and by.base[i] >= best_score):
             continue
-        cost, path, goal, path_point, goal_point, off = raw_scores(by, i)
+        cost, outline, path, goal, path_point, goal_point, off = raw_scores(by, i)
         if cost + path + goal == math.inf:
             continue
         weights = by.weights
         own = weights.obstacle * cost + weights.path_dist * path + weights.goal_dist * goal
+        own = own + weights.outline * outline
         own = own + weights.path_align * path_point + weights.goal_align * goal_point
         score = by.base[i] + (own + weights.heading * off)
         if score < best_score:
@@ -127,28 +135,60 @@ def score_all(by: Scoring, skips: bool) -> int:
 
 
 @njit(cache=True)
-def raw_scores(by: Scoring, index: int) -> tuple[float, float, float, float, float, float]:
+def raw_scores(by: Scoring, index: int) -> tuple[float, float, float, float, float, float, float]:
     """Return a trajectory's scores by the critics in the order of `Weights`, without the weights.
 
     inf where a critic forbids it, which ends the rest; 0 of those not in use.
     """
-    pose, yaw, cost = _drive(by, by.samples[index])
+    pose, yaw, cost, outline = _drive(by, by.samples[index])
     path = goal = path_point = goal_point = off = 0.0
     if cost == math.inf:
-        return cost, path, goal, path_point, goal_point, off
+        return cost, outline, path, goal, path_point, goal_point, off
     row, column, weights = math.floor(pose[1]), math.floor(pose[0]), by.weights
     if weights.path_dist > 0.0:
-        path = math.inf if by.to_path[row, column] >= UNREACHED else float(by.to_path[row, column])
+        unreached = by.to_path[row, column] >= UNREACHED
+        path = math.inf if unreached else _along(by, index, by.to_path, pose, 0)
     if weights.goal_dist > 0.0:
-        goal = math.inf if by.to_goal[row, column] >= UNREACHED else float(by.to_goal[row, column])
-    far = float(by.data.shape[0] + by.data.shape[1])
+        unreached = by.to_goal[row, column] >= UNREACHED
+        goal = math.inf if unreached else _along(by, index, by.to_goal, pose, 1)
     if weights.path_align > 0.0:
-        path_point = _ahead(by.to_path, pose, weights.path_point, far)
+        path_point = _along(by, index, by.to_path, pose, 2)
     if weights.goal_align > 0.0:
-        goal_point = _ahead(by.to_goal, pose, weights.goal_point, far)
+        goal_point = _along(by, index, by.to_goal, pose, 3)
     if weights.heading > 0.0:
         off = abs((weights.goal_yaw - yaw + math.pi) % (2.0 * math.pi) - math.pi)
-    return cost, path, goal, path_point, goal_point, off
+    return cost, outline, path, goal, path_point, goal_point, off
+
+
+@njit(cache=True)
+def _along(
+    by: Scoring,
+    index: int,
+    grid: NDArray[np.int32],
+    end: tuple[float, float, float],
+    critic: int,
+) -> float:
+    """Return a trajectory's value on a grid for the one of the four critics of distances.
+
+    Source: nav2 dwb_critics, MapGridCritic::scoreTrajectory.
+    """
+    weights, ahead, far = by.weights, 0.0, math.inf
+    if critic > 1:
+        ahead = weights.path_point if critic == 2 else weights.goal_point
+        far = float(by.data.shape[0] + by.data.shape[1])
+    how = weights.aggregations[critic]
+    if how == 0:
+        return _ahead(grid, end, ahead, far)
+    states, _ = trajectory(by, index)
+    total = float(how - 1)
+    for k in range(len(states) + by.dynamics.repeats_last):
+        state = states[min(k, len(states) - 1)]
+        value = _ahead(grid, (state[0], state[1], state[2]), ahead, far)
+        if how == 1:
+            total += value
+        elif total > 0.0:
+            total *= value
+    return total
 
 
 @njit(cache=True)
@@ -201,31 +241,59 @@ def _stepped(
 
 
 @njit(cache=True)
-def _drive(by: Scoring, target: Floats) -> tuple[tuple[float, float, float], float, float]:
-    """Return where a trajectory ends, the heading that counts, and its cost, inf if it collides."""
+def _drive(by: Scoring, target: Floats) -> tuple[tuple[float, float, float], float, float, float]:
+    """Return where a trajectory ends, the heading that counts, and its costs, inf if it collides.
+
+    The costs are those below its centre and below its outline.
+    """
     dynamics, robot, data, start = by.dynamics, by.robot, by.data, by.start
     steps, (height, width) = _steps(target, dynamics), data.shape
     dt, heading_time = dynamics.duration / steps, by.weights.heading_time
     state = (start[0], start[1], start[2], dynamics.v, dynamics.side, dynamics.w)
     total, last, yaw = 0.0, 0.0, start[2]
+    edges, edge = 0.0, 0.0
     for k in range(steps):
         state = _stepped(state, target, dynamics, dt, by.resolution)
         x, y, theta = state[0], state[1], state[2]
         row, column = math.floor(y), math.floor(x)
         if not (0 <= row < height and 0 <= column < width):
-            return (x, y, theta), yaw, math.inf
+            return (x, y, theta), yaw, math.inf, math.inf
         cost = data[row, column]
         if (cost >= INSCRIBED and cost != UNKNOWN) or (
             cost >= robot.safe_cost and not robot.circular and _touches(data, x, y, theta, robot)
         ):
-            return (x, y, theta), yaw, math.inf
+            return (x, y, theta), yaw, math.inf, math.inf
+        if by.weights.outline > 0.0:
+            edge = _outline_cost(data, x, y, theta, robot.points)
+            edges += edge
         last = 0.0 if cost == UNKNOWN else float(cost)
         total += last
         if heading_time < 0.0 or (k + 1) * dt <= heading_time:
             yaw = theta
     if dynamics.repeats_last:
         total += last
-    return (state[0], state[1], state[2]), yaw, total if by.weights.sum_costs else last
+        edges += edge
+    cost_of_centre = total if by.weights.sum_costs else last
+    cost_of_outline = edges if by.weights.sum_outline else edge
+    return (state[0], state[1], state[2]), yaw, cost_of_centre, cost_of_outline
+
+
+@njit(cache=True)
+def _outline_cost(data: Bytes, x: float, y: float, theta: float, points: Floats) -> float:
+    """Return the worst known cost on the outline's edges, sampled each half cell."""
+    (height, width), c, s = data.shape, math.cos(theta), math.sin(theta)
+    worst = 0.0
+    for i in range(len(points)):
+        x0, y0 = points[i - 1, 0], points[i - 1, 1]
+        dx, dy = points[i, 0] - x0, points[i, 1] - y0
+        steps = int(2.0 * math.hypot(dx, dy)) + 1
+        for k in range(steps):
+            along, beside = x0 + dx * k / steps, y0 + dy * k / steps
+            row = math.floor(y + s * along + c * beside)
+            column = math.floor(x + c * along - s * beside)
+            if 0 <= row < height and 0 <= column < width and data[row, column] != UNKNOWN:
+                worst = max(worst, float(data[row, column]))
+    return worst
 
 
 @njit(cache=True)

@@ -184,8 +184,12 @@ class MppiConfig(PluginConfig):
         choices=("DiffDrive", "Omni", "Ackermann"),
     )
     AckermannConstraints: AckermannConfig = field(default_factory=AckermannConfig)
-    prune_distance: float = length_param(
-        1.5, "How much of the path counts; as much as the rollouts can reach at the least."
+    prune_distance: float = length_param(1.5, "How much of the path counts.")
+    reach_counts: bool = param(
+        True,
+        "Whether as much of the path counts as the rollouts can reach, where that is more; else, as"
+        " Nav2, prune_distance alone.",
+        theirs=False,
     )
     max_robot_pose_search_dist: float = param(
         2.5, "How far along the path the robot is looked for; below 0 all along.", unit="m"

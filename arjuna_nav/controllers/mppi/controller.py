@@ -131,12 +131,13 @@ class Mppi(PathController):
     def _prune_distance(self) -> float:
         """Return how much of the path counts [m]: less than the rollouts reach would hold it up."""
         config = self._config
-        return max(config.prune_distance, config.vx_max * config.time_steps * config.model_dt)
+        reach = config.vx_max * config.time_steps * config.model_dt if config.reach_counts else 0.0
+        return max(config.prune_distance, reach)
 
     def _limits(self) -> Limits:
         config = self._config
         return Limits(
-            config.vx_min,
+            max(config.vx_min, -self.speed_limit),
             min(config.vx_max, self.speed_limit),
             config.wz_max,
             abs(config.ax_max),

@@ -169,15 +169,16 @@ def obstacles_critic(
     away = -np.log(cost / (INSCRIBED - 1)) / config.inflation_cost_scaling_factor
     away = np.where(np.isfinite(scene.clearances), scene.clearances, away)
     margin = config.collision_margin_distance
-    near = np.maximum(margin - away, 0.0) * config.critical_weight
-    repulsion = np.maximum(scene.inscribed_radius + margin - away, 0.0) * config.repulsion_weight
-    table = near + (repulsion if scene.goal_distance > config.near_goal_distance else 0.0)
-    table[0] = table[UNKNOWN] = 0.0
-    costs, hit = _along(
-        rollouts, scene.grid, table.astype(np.float32), 1, config.consider_footprint
-    )
-    costs /= _F(rollouts.x.shape[0])
+    reach = scene.inflation_radius or scene.inscribed_radius + margin
+    near, repulsion = (np.maximum(radius - away, 0.0) for radius in (margin, reach))
+    near[[0, UNKNOWN]] = repulsion[[0, UNKNOWN]] = 0.0
+    costs, hit = _along(rollouts, scene.grid, near.astype(np.float32), 1, config.consider_footprint)
     costs[hit] = config.collision_cost
+    costs *= _F(config.critical_weight)
+    if scene.goal_distance > config.near_goal_distance:
+        table = (config.repulsion_weight * repulsion).astype(np.float32)
+        repelled, _ = _along(rollouts, scene.grid, table, 1, False)
+        costs += (repelled - repelled.min()) / _F(rollouts.x.shape[0])
     return costs, bool(hit.all())
 
 

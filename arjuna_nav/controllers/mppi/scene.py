@@ -54,7 +54,9 @@ class Scene(NamedTuple):
         inscribed_radius: The robot's [m].
         dt: Time of a step [s].
         xy_goal_tolerance: Distance at which the position counts as reached [m].
-        inflations: The costmap's `circumscribed_cost` and `clearances` by each inflation layer.
+        inflations: The costmap's `circumscribed_cost`, `clearances` and radius by each inflation
+            layer.
+        inflation_radius: Of the layer that counts [m]; 0 where there is none.
     """
 
     path: Array
@@ -68,14 +70,17 @@ class Scene(NamedTuple):
     limits: Limits
     dt: float
     xy_goal_tolerance: float = 0.0
-    inflations: Mapping[str, tuple[int, Floats]] = MappingProxyType({})
+    inflations: Mapping[str, tuple[int, Floats, float]] = MappingProxyType({})
+    inflation_radius: float = 0.0
 
     def inflated_by(self, layer: str) -> Scene:
-        """Return it with distances by the costs of an inflation layer, if there is one so named."""
+        """Return it with distances by the costs of an inflation layer; of none, the last's."""
         if layer not in self.inflations:
-            return self
-        safe_cost, clearances = self.inflations[layer]
-        return self._replace(grid=self.grid._replace(safe_cost=safe_cost), clearances=clearances)
+            radii = [each[2] for each in self.inflations.values()]
+            return self._replace(inflation_radius=radii[-1] if radii else 0.0)
+        safe_cost, clearances, radius = self.inflations[layer]
+        grid = self.grid._replace(safe_cost=safe_cost)
+        return self._replace(grid=grid, clearances=clearances, inflation_radius=radius)
 
 
 def grid_seen(costmap: Costmap, footprint: Footprint, pose: SE2) -> Grid:

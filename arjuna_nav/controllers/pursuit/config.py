@@ -45,6 +45,12 @@ class RegulatedPurePursuitConfig(PluginConfig):
         unit="1/m",
         minimum=0.0,
     )
+    costmaps_own_distances: bool = param(
+        True,
+        "Whether the costmap's own cost_scaling_factor says how far obstacles are, where it has"
+        " one; else, as Nav2, inflation_cost_scaling_factor.",
+        theirs=False,
+    )
     regulated_linear_scaling_min_radius: float = length_param(
         0.90, "Radius of bends that slow down."
     )

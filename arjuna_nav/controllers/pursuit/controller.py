@@ -102,7 +102,7 @@ class RegulatedPurePursuit(PathController):
         self._arrived = near and (stays or paths.ends_here(self.path, pose))
         gentle = self._config.gentle_turns
         self._last_w = self._last_w if gentle else velocity.yaw_rate
-        if self._arrived and (gentle or self._config.use_rotate_to_heading):
+        if self._arrived and self._config.use_rotate_to_heading:
             self.carrot = None
             command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
             return self._checked(command, pose, costmap, math.inf)
@@ -258,7 +258,7 @@ class RegulatedPurePursuit(PathController):
         if not FREE < cost <= INSCRIBED:
             return speed
         room = float(costmap.clearances[cost])
-        if math.isinf(room):
+        if math.isinf(room) or not config.costmaps_own_distances:
             room = -math.log(cost / MAX_NON_OBSTACLE) / config.inflation_cost_scaling_factor
         distance = self._footprint.inscribed_radius + room
         return speed * min(config.cost_scaling_gain * distance / config.cost_scaling_dist, 1.0)

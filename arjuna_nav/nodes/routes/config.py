@@ -21,6 +21,9 @@ class RouteServerConfig:
     operations: tuple[str, ...] = plugin_names(
         ("AdjustSpeedLimit", "ReroutingService"), "Operations on a tracked route.", OPERATIONS
     )
+    max_iterations: int = param(
+        0, "Greatest number of nodes that a search looks at; any number up to 0."
+    )
     aggregate_blocked_ids: bool = param(
         False, "Whether edges that operations found blocked stay so until the goal ends."
     )

@@ -143,12 +143,14 @@ class TreeClients:
             self._selected,
             self._moved_goal,
             self._batteries,
-            self._connected,
+            self._transform,
             self._recent.mean,
         )
 
-    def _connected(self, parent: str, child: str) -> bool:
-        return self._node.transforms.try_lookup(parent, child) is not None
+    def _transform(self, parent: str, child: str) -> SE2 | None:
+        config = self._config
+        frames = parent or config.global_frame, child or config.robot_base_frame
+        return self._node.transforms.try_lookup(*frames)
 
     def stop(self) -> None:
         """Cancel all requests of the tree."""

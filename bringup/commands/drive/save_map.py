@@ -20,7 +20,7 @@ def configure(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--occ", type=_threshold, metavar="P", help="occupied from P on (0.65)")
     parser.add_argument("--free", type=_threshold, metavar="P", help="free up to P (0.25)")
     parser.add_argument("--mode", help="trinary, scale or raw: what the shades are (trinary)")
-    parser.add_argument("--fmt", default="pgm", help="of the image, pgm or png (%(default)s)")
+    parser.add_argument("--fmt", default="pgm", help="of the image: pgm, png or bmp (%(default)s)")
 
 
 def _threshold(text: str) -> float:

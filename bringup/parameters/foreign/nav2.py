@@ -102,6 +102,8 @@ def as_today(node: str, given: Mapping[str, Any]) -> dict[str, Any]:
             value = [value[at] for at in _PLANAR]
         if key.endswith(".input_sensor_type"):
             value = str(value).upper()  # as Nav2 reads it
+        if key.endswith(".aggregation_type"):
+            value = str(value).lower()  # as Nav2 reads it
         if isinstance(value, str):
             value = _OLDER["values"].get(node, {}).get(key, {}).get(value, value)
         values[today] = value

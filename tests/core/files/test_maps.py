@@ -42,7 +42,7 @@ def test_a_map_reads_back_as_it_was(
 
 
 @pytest.mark.parametrize(
-    ("mode", "image_format"), [("raw", "pgm"), ("raw", "png"), ("scale", "png")]
+    ("mode", "image_format"), [("raw", "pgm"), ("raw", "png"), ("raw", "bmp"), ("scale", "png")]
 )
 @pytest.mark.parametrize("negate", [False, True])
 def test_unknown_cells_read_back_beside_graded_ones(
@@ -90,8 +90,8 @@ def test_saving_leaves_no_partial_files_and_overwrites(tmp_path: Path) -> None:
 
 def test_saving_what_cannot_be_written_is_refused(tmp_path: Path) -> None:
     grid = OccupancyGrid(FRAME, TRINARY)
-    with pytest.raises(MapError, match="image format 'bmp' is unknown; valid: pgm, png"):
-        save_map(grid, tmp_path / "map", "bmp")
+    with pytest.raises(MapError, match="image format 'jpg' is unknown; valid: pgm, png, bmp"):
+        save_map(grid, tmp_path / "map", "jpg")
     with pytest.raises(MapError, match="no shade for unknown in a pgm image; valid: png"):
         save_map(grid, tmp_path / "map", "pgm", MapOptions("scale"))
     with pytest.raises(MapError, match="mode 'grey' is unknown; valid: trinary, scale, raw"):

@@ -22,7 +22,7 @@ class Play:
         self.velocity, self.measured_at = STILL, 0.0
         self.feedback: dict[str, dict[str, object]] = {}
         self.batteries: dict[str, Battery] = {}
-        self.frames: set[tuple[str, str]] = set()
+        self.frames: dict[tuple[str, str], SE2] = {}
         self.open: dict[str, int] = {}
         self.withdrawn: list[int] = []
 
@@ -41,7 +41,7 @@ class Play:
             given,
             {self.open[kind]: self.feedback.pop(kind) for kind in list(self.feedback)},
             batteries=self.batteries,
-            connected=lambda parent, child: (parent, child) in self.frames,
+            transform=lambda parent, child: self.frames.get((parent, child)),
             mean_velocity=lambda: self.velocity,
         )
         status, commands = self.tree.tick(state)

@@ -131,6 +131,18 @@ def test_a_speed_limit_holds_at_once(controller: Controller) -> None:
     assert robot.velocity.x > 0.3
 
 
+def test_a_speed_limit_holds_in_reverse_too() -> None:
+    controller = make("mppi", vx_min=-0.4, critics=["GoalCritic"])
+    costmap, robot = costmap_of(empty_grid(6.0, 6.0)), Unicycle(SE2(3.0, 3.0, 0.0))
+    controller.set_path(polyline([(3.0, 3.0), (2.0, 3.0)], 0.0))
+    slowest = []
+    for limit in (math.inf, 0.15):
+        controller.speed_limit = limit
+        slowest.append(min(each.velocity.x for each in follow(controller, robot, costmap, 20)[8:]))
+    assert slowest[0] < -0.25
+    assert -0.15 - 1e-6 <= slowest[1] < -0.1
+
+
 def test_is_the_same_each_time(name: str) -> None:
     costmap, traces = costmap_of(grid_of(6.0, 6.0, (2.4, 2.0, 0.3, 0.7))), []
     for _ in range(2):
@@ -160,9 +172,10 @@ def test_says_that_no_path_was_set(controller: Controller) -> None:
         controller.set_path(np.empty((0, 3)))
 
 
-def test_a_fast_mppi_looks_as_far_along_the_path_as_it_can_drive() -> None:
+@pytest.mark.parametrize("reach", [True, False])
+def test_a_fast_mppi_looks_as_far_along_the_path_as_it_can_drive(reach: bool) -> None:
     costmap, robot = costmap_of(empty_grid(12.0, 4.0)), Unicycle(SE2(0.8, 2.0, 0.0))
-    controller = make("mppi", vx_max=2.0, vx_std=0.4)
+    controller = make("mppi", vx_max=2.0, vx_std=0.4, reach_counts=reach)
     controller.set_path(polyline([(0.8, 2.0), (11.0, 2.0)], 0.0))
     follow(controller, robot, costmap, 60)
-    assert robot.velocity.x > 1.2
+    assert (robot.velocity.x > 1.2) == reach

@@ -15,7 +15,12 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.base import ControlStatus
-from arjuna_nav.controllers.dwb.config import NAV2_CRITICS, DwbConfig, OscillationConfig
+from arjuna_nav.controllers.dwb.config import (
+    AGGREGATIONS,
+    NAV2_CRITICS,
+    DwbConfig,
+    OscillationConfig,
+)
 from arjuna_nav.controllers.dwb.controller import Dwb
 from arjuna_nav.controllers.dwb.distances import path_cells
 from arjuna_nav.controllers.dwb.oscillation import Oscillation
@@ -148,14 +153,15 @@ class Case:
         costs = [at(COSTMAP.data, pose) for pose in poses[1:]]
         if any(cost is None or cost >= 253 for cost in costs):
             return math.inf
-        total, end = 0.0, poses[-1]
-        for name, own in (
-            ("BaseObstacle", c.BaseObstacle),
-            ("ObstacleFootprint", c.ObstacleFootprint),
+        total, counted = 0.0, poses + poses[-1:] * c.include_last_point
+        edges = [edge_cost(pose) for pose in poses[1:]]
+        for name, own, found in (
+            ("BaseObstacle", c.BaseObstacle, costs),
+            ("ObstacleFootprint", c.ObstacleFootprint, edges),
         ):
-            if name in uses and not (name == "ObstacleFootprint" and "BaseObstacle" in uses):
-                summed = sum(costs) + c.include_last_point * costs[-1]
-                total += own.scale * (summed if own.sum_scores else costs[-1])
+            if name in uses:
+                summed = sum(found) + c.include_last_point * found[-1]
+                total += own.scale * (summed if own.sum_scores else found[-1])
         if "PreferForward" in uses:
             p = c.PreferForward
             hardly = v < p.strafe_x and abs(w) < p.strafe_theta
@@ -166,12 +172,15 @@ class Case:
         far, ahead = self.goal_gap > c.PathAlign.forward_point_distance, self.path_ahead()
         for name, grid in (("Path", steps_to(ahead)), ("Goal", steps_to(ahead[-1:]))):
             if f"{name}Dist" in uses:
-                total += 0.025 * getattr(c, f"{name}Dist").scale * at(grid, end)
+                own = getattr(c, f"{name}Dist")
+                values = [at(grid, pose) for pose in counted]
+                total += 0.025 * own.scale * together(values, own.aggregation_type)
             if f"{name}Align" in uses and far:
                 own = getattr(c, f"{name}Align")
-                point = end @ SE2(own.forward_point_distance)
-                value, most = at(grid, point), sum(grid.shape)
-                total += 0.025 * own.scale * (most if value is None else min(value, most))
+                points = [at(grid, pose @ SE2(own.forward_point_distance)) for pose in counted]
+                most = float(sum(grid.shape))
+                values = [most if value is None else min(value, most) for value in points]
+                total += 0.025 * own.scale * together(values, own.aggregation_type)
         return total
 
     def _turning_score(self, speed: float, poses: list[SE2]) -> float:
@@ -213,6 +222,27 @@ def at(grid: NDArray[Any], pose: SE2) -> Any:
     return float(grid[row, column]) if inside else None
 
 
+def edge_cost(pose: SE2) -> float:
+    """Return the worst cost on the outline, each edge in steps of half a cell."""
+    corners, worst = Footprint.circle(0.1).points, 0.0
+    for a, b in zip(np.roll(corners, 1, axis=0), corners, strict=True):
+        count = int(2.0 * math.dist(a, b) / RESOLUTION) + 1
+        on_edge = [a + (b - a) * k / count for k in range(count)]
+        costs = [at(COSTMAP.data, pose @ SE2(float(x), float(y))) for x, y in on_edge]
+        worst = max(worst, *(cost or 0.0 for cost in costs))
+    return worst
+
+
+def together(values: list[float], how: str) -> float:
+    """Return what MapGridCritic makes of a trajectory's values; 0 ends a product."""
+    if how != "product":
+        return sum(values) if how == "sum" else values[-1]
+    total = 1.0
+    for value in values:
+        total *= value if total > 0.0 else 1.0
+    return total
+
+
 def made_case(seed: int) -> Case:
     rng = np.random.default_rng(seed)
     base, scale = DwbConfig(), lambda: float(rng.uniform(1.0, 30.0))
@@ -237,7 +267,9 @@ def made_case(seed: int) -> Case:
         Twirling=replace(base.Twirling, scale=0.3 * scale()),
         PreferForward=replace(base.PreferForward, scale=0.3 * scale(), theta_scale=1.0),
         BaseObstacle=replace(base.BaseObstacle, scale=0.3, sum_scores=bool(rng.integers(2))),
-        ObstacleFootprint=replace(base.ObstacleFootprint, scale=0.3),
+        ObstacleFootprint=replace(
+            base.ObstacleFootprint, scale=0.2, sum_scores=bool(rng.integers(2))
+        ),
         RotateToGoal=replace(
             base.RotateToGoal, scale=scale(), lookahead_time=float(rng.choice([-1.0, 0.5]))
         ),
@@ -247,6 +279,13 @@ def made_case(seed: int) -> Case:
     pose = SE2(float(x), float(y), float(rng.uniform(-2.0, 2.0)))
     velocity = Velocity(float(rng.uniform(-0.1, 0.5)), yaw_rate=float(rng.uniform(-0.6, 0.6)))
     case = Case(config, pose, velocity, float(rng.choice([math.inf, 0.25])))
+    if seed >= 10:
+        grids = ("PathDist", "GoalDist", "PathAlign", "GoalAlign")
+        kinds = {
+            name: replace(getattr(config, name), aggregation_type=str(rng.choice(AGGREGATIONS)))
+            for name in grids
+        }
+        return replace(case, config=replace(config, critics=NAV2_CRITICS, **kinds))
     if seed % 2:
         return case
     config = replace(
@@ -264,7 +303,7 @@ def made_case(seed: int) -> Case:
     return replace(case, config=config, velocity=velocity)
 
 
-@pytest.mark.parametrize("seed", range(10))
+@pytest.mark.parametrize("seed", range(16))
 def test_drives_the_velocity_within_reach_that_scores_least(seed: int) -> None:
     case = made_case(seed)
     scores = {sample: case.score(*sample) for sample in case.reachable()}
@@ -349,25 +388,31 @@ V, W = (lambda v: Velocity(v)), (lambda w: Velocity(yaw_rate=w))
 def test_oscillating_velocities_are_refused(commands: list[Velocity], forbidden: set[int]) -> None:
     oscillation = Oscillation(OscillationConfig())
     for command in commands:
-        oscillation.take(command, SE2())
+        oscillation.take(command, SE2(), 0.0)
     assert sum(oscillation.allowed, ()) == tuple(k not in forbidden for k in range(6))
 
 
 @pytest.mark.parametrize(
-    ("pose", "got_on"),
+    ("pose", "at", "values", "got_on"),
     [
-        (SE2(0.5, 0.0, 3.0), False),
-        (SE2(0.51, 0.0, 3.0), True),
-        (SE2(0.0, 0.0, -3.0), False),
-        (SE2(0.0, 0.0, -2.9), True),
+        (SE2(0.5, 0.0, 3.0), 9.0, {}, False),
+        (SE2(0.51, 0.0, 3.0), 9.0, {}, True),
+        (SE2(0.51, 0.0, 3.0), 9.0, {"oscillation_reset_dist": -1.0}, False),
+        (SE2(0.0, 0.0, -3.0), 9.0, {}, False),
+        (SE2(0.0, 0.0, -2.9), 9.0, {}, True),
+        (SE2(0.0, 0.0, -2.9), 9.0, {"oscillation_reset_angle": -1.0}, False),
+        (SE2(0.0, 0.0, 3.0), 3.0, {"oscillation_reset_time": 2.0}, False),
+        (SE2(0.0, 0.0, 3.0), 3.1, {"oscillation_reset_time": 2.0}, True),
     ],
 )
-def test_until_the_robot_got_on_from_where_it_changed(pose: SE2, got_on: bool) -> None:
-    config = OscillationConfig(oscillation_reset_dist=0.5, oscillation_reset_angle=0.3)
-    oscillation = Oscillation(config)
-    oscillation.take(V(0.1), SE2(9.0, 9.0, 0.0))
-    oscillation.take(V(-0.1), SE2(0.0, 0.0, 3.0))
-    oscillation.take(V(-0.1), pose)
+def test_until_the_robot_got_on_from_where_it_changed(
+    pose: SE2, at: float, values: dict[str, float], got_on: bool
+) -> None:
+    limits = {"oscillation_reset_dist": 0.5, "oscillation_reset_angle": 0.3, **values}
+    oscillation = Oscillation(OscillationConfig(**limits))
+    oscillation.take(V(0.1), SE2(9.0, 9.0, 0.0), 0.0)
+    oscillation.take(V(-0.1), SE2(0.0, 0.0, 3.0), 1.0)
+    oscillation.take(V(-0.1), pose, at)
     assert sum(oscillation.allowed, ()) == (True, got_on, *4 * [True])
     oscillation.reset()
     assert all(sum(oscillation.allowed, ()))

@@ -40,7 +40,8 @@ def between() -> Any:
 
 BEFORE = walled(2.4, 0.0, 0.1, 6.0)  # wherever it drives, it collides
 BESIDE = walled(2.6, 2.3, 1.0, 0.4)
-FAR = {"other": (254, np.full(256, 9.0))}  # costs that show nothing near
+AHEAD_ONLY = {"use_rotate_to_heading": False}
+FAR = {"other": (254, np.full(256, 9.0), 0.55)}  # costs that show nothing near
 
 
 def run(
@@ -176,8 +177,8 @@ ROWS: list[tuple[str, Any, Callable[..., Any], Any]] = [
     (
         "max_cost_threshold",
         50.0,
-        lambda **v: turn("pure pursuit under the shim", BESIDE, **v).status,
-        ControlStatus.NO_VALID_CONTROL,
+        lambda **v: turn("pure pursuit under the shim", BESIDE, **AHEAD_ONLY, **v).velocity.x > 0.0,
+        True,  # it does not turn: the primary drives
     ),
 ]
 

@@ -108,16 +108,19 @@ def test_at_the_goal_it_turns_to_its_heading_where_asked(gap: float, turned: boo
         (9.0, 1.4, False),
     ],
 )
-def test_a_turn_into_a_collision_is_refused(ahead: float, aside: float, hits: bool) -> None:
+def test_where_a_turn_would_collide_the_primary_drives(
+    ahead: float, aside: float, hits: bool
+) -> None:
     costmap, bearing = free(), -2.0 + aside
     cell = costmap.frame.to_cell(0.45 * math.cos(bearing), 0.45 * math.sin(bearing))
     costmap.data[cell] = 254
-    controller = shim(BOX, simulate_ahead_time=ahead)
-    result = controller.compute(SE2(0.0, 0.0, -2.0), Velocity(yaw_rate=W_MAX), costmap, 0.0)
+    controller, alone = shim(BOX, simulate_ahead_time=ahead), make("pure pursuit", BOX)
+    alone.set_path(ALL_ROUND)
+    at = SE2(0.0, 0.0, -2.0), Velocity(yaw_rate=W_MAX), costmap, 0.0
+    result = controller.compute(*at)
     if hits:
-        assert result.status is ControlStatus.NO_VALID_CONTROL
-        assert result.message == "turning at (0.00, 0.00) would collide"
-        assert result.velocity == STILL
+        assert result == alone.compute(*at)
+        assert controller.compute(SE2(), STILL, free(), 0.1).velocity.x > 0.0
     else:
         assert (result.velocity.x, result.velocity.yaw_rate) == (0.0, W_MAX)
 

@@ -163,6 +163,8 @@ def test_a_circles_path_is_replaced_by_one_of_the_outline() -> None:
     assert first_collision(costmap, LONG, outline.path) is None
     assert paths.length(outline.path) > paths.length(circle.path) + 0.5
     np.testing.assert_allclose(outline.path[-1], goal.array(), atol=1e-9)
+    own = plan_through(planner, costmap, start, [goal], LONG, fits=False)
+    np.testing.assert_array_equal(own.path, circle.path)
 
 
 @pytest.mark.parametrize("width", [0.5, 0.32])

@@ -13,7 +13,14 @@ import pytest
 from arjuna_core.errors import InputFileError
 from arjuna_core.se2 import SE2
 from arjuna_nav.routes.graph import Edge, Graph, Node, read_graph
-from arjuna_nav.routes.route import Route, Tracker, find_route, path_along, pruned
+from arjuna_nav.routes.route import (
+    Route,
+    RouteSearchError,
+    Tracker,
+    find_route,
+    path_along,
+    pruned,
+)
 from tests.helpers.nav.routes import SQUARE, square, written
 
 
@@ -128,6 +135,13 @@ def test_a_closed_edge_is_not_taken_and_a_costlier_one_only_where_it_pays(tmp_pa
         assert numbers(find_route(graph, 0, 2, lambda edge: changed[edge.id])) == nodes  # noqa: B023
     assert find_route(graph, 0, 2, lambda edge: None) is None
     assert numbers(find_route(graph, 1, 1, lambda edge: None)) == (1,)
+
+
+def test_a_search_is_given_up_after_so_many_nodes(tmp_path: Path) -> None:
+    graph = read_graph(written(tmp_path, square()), "map")
+    assert numbers(find_route(graph, 0, 1, lambda edge: edge.length, 2)) == (0, 1)
+    with pytest.raises(RouteSearchError, match="max_iterations = 1"):
+        find_route(graph, 0, 1, lambda edge: edge.length, 1)
 
 
 def test_ends_at_which_the_robot_would_turn_back_are_left_out(tmp_path: Path) -> None:

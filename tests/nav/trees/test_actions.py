@@ -253,6 +253,22 @@ def test_where_the_robot_is() -> None:
     assert play.tick() is FAILURE
 
 
+def test_the_frame_of_the_robot_that_is_named_counts() -> None:
+    play = Play(
+        '<Sequence><GetCurrentPose robot_base_frame="fork" current_pose="{here}"/>'
+        '<RemovePassedGoals robot_base_frame="fork" input_goals="{goals}" output_goals="{goals}"/>'
+        '<TruncatePathLocal robot_frame="fork" input_path="{path}" output_path="{near}"'
+        ' distance_forward="0.5" distance_backward="0.0"/></Sequence>',
+        path=STRAIGHT,
+        goals=(SE2(1.0), SE2(2.0)),
+    )
+    play.frames = {("", "fork"): SE2(1.0)}
+    assert play.tick() is SUCCESS
+    near = play.get("near")
+    assert isinstance(near, np.ndarray)
+    assert (play.get("here"), play.get("goals"), near[0, 0]) == (SE2(1.0), (SE2(2.0),), 1.0)
+
+
 def test_a_script_changes_entries() -> None:
     play = Play('<Script code="b := a * 2; a += 1"/>', a=1)
     assert play.tick() is SUCCESS

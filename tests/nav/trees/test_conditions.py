@@ -46,6 +46,36 @@ def test_a_distance_is_measured_from_where_it_began(given: str, unit: float) -> 
     assert statuses == [RUNNING, RUNNING, SUCCESS] * 2
 
 
+FRAMES = 'global_frame="odom" robot_base_frame="fork"'
+
+
+def test_a_distance_is_measured_between_the_frames_that_are_named() -> None:
+    play = Play(f"<ReactiveFallback><DistanceTraveled {FRAMES}/>{WAIT}</ReactiveFallback>")
+    statuses = []
+    for gone in (5.0, 5.9, 6.1):
+        play.pose = SE2()  # base_footprint in map: it rests
+        play.frames = {("odom", "fork"): SE2(gone)}
+        statuses.append(play.tick())
+    assert statuses == [RUNNING, RUNNING, SUCCESS]
+
+
+@pytest.mark.parametrize(
+    "node",
+    [
+        f'<GoalReached goal="{{goal}}" {FRAMES}/>',
+        f'<IsGoalNearby path="{{path}}" proximity_threshold="0.25" {FRAMES}/>',
+    ],
+)
+def test_the_frame_of_the_robot_that_is_named_reaches_the_goal(node: str) -> None:
+    path = np.column_stack((np.linspace(0.0, 3.0, 31), np.zeros((31, 2))))
+    for base, fork, status in ((2.0, 3.0, SUCCESS), (3.0, 2.0, FAILURE)):
+        play = Play(node, goal=SE2(3.0), path=path)
+        play.pose, play.frames = SE2(base), {("", "fork"): SE2(fork)}
+        assert play.tick() is status
+    play.frames = {}
+    assert play.tick() is FAILURE  # where the frame is, is not known
+
+
 def test_without_a_pose_no_goal_is_reached() -> None:
     for node in ('<GoalReached goal="{goal}"/>', "<InitialPoseReceived/>"):
         tree = Play(node, goal=SE2()).tree
@@ -138,11 +168,11 @@ def test_a_robot_has_stopped_once_it_stood_long_enough() -> None:
 
 def test_a_transform_that_was_known_once_is_known() -> None:
     play = Play('<TransformAvailable parent="map" child="base_link"/>')
-    play.frames = {("base_link", "map")}
+    play.frames = {("base_link", "map"): SE2()}
     assert play.tick() is FAILURE
-    play.frames = {("map", "base_link")}
+    play.frames = {("map", "base_link"): SE2()}
     assert play.tick() is SUCCESS
-    play.frames = set()
+    play.frames = {}
     assert play.tick() is SUCCESS
 
 

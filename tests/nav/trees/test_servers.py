@@ -30,6 +30,21 @@ def test_what_is_cancelled_succeeds() -> None:
     assert play.withdrawn == [following]
 
 
+@pytest.mark.parametrize(
+    ("given", "server"),
+    [("", "turn"), ("server_name='turn'", "turn"), ("server_name='spin'", None)],
+)
+def test_a_cancel_is_of_the_server_that_it_names(given: str, server: str | None) -> None:
+    play = Play(
+        "<Parallel success_count='2'><Spin server_name='turn'/>"
+        f"<Sequence><Wait/><CancelSpin {given}/></Sequence></Parallel>"
+    )
+    play.tick()
+    spinning = play.open["Spin"]
+    play.tick(Wait=True)
+    assert play.withdrawn == ([spinning] if server else [])
+
+
 def test_codes_and_messages_are_written() -> None:
     play = Play('<FollowPath path="{path}" error_code_id="{code}" error_msg="{why}"/>', path=PATH)
     play.tick()

@@ -54,6 +54,7 @@ def test_a_path_is_followed_to_its_end(robot: PlayedRobot) -> None:
     assert distances[0] == pytest.approx(2.5, abs=0.1)
     assert distances[-1] < 0.2
     assert max(each.speed for each in goal.feedback) == pytest.approx(0.4, abs=0.01)
+    assert goal.feedback[0].speed > 0.0  # of the command, as in Nav2: it still stands
 
 
 def test_turns_that_a_car_cannot_make_are_reported_once(capfd: pytest.CaptureFixture[str]) -> None:

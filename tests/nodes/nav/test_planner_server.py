@@ -13,6 +13,8 @@ from nav_msgs.msg import Path
 
 from arjuna_core.ros.convert import path_msg, poses_from_path, seconds
 from arjuna_core.se2 import SE2
+from arjuna_nav.costmap.collision import first_collision
+from arjuna_nav.costmap.footprint import Footprint
 from bringup.stack import GLOBAL_COSTMAP, PLANNER_SERVER
 from tests.helpers.nav.navigation import (
     ABORTED,
@@ -23,7 +25,7 @@ from tests.helpers.nav.navigation import (
     started,
 )
 from tests.helpers.nav.navigator_goals import IN_BOX, IN_RING, broken, stamped, walled_room
-from tests.nav.worlds import empty_grid
+from tests.nav.worlds import costmap_of, empty_grid, grid_of
 
 Result = ComputePathToPose.Result
 ResultThrough = ComputePathThroughPoses.Result
@@ -57,6 +59,26 @@ def test_a_path_leads_from_the_robot_to_the_goal_and_is_published(robot: PlayedR
     assert poses[-1] == pytest.approx(GOAL.array())
     assert goal.result.path.header.frame_id == "map"
     assert [message.poses for message in published] == [goal.result.path.poses]
+
+
+# a wall with a gap of 0.4 m in front, behind which a second wall stands, and one of 1 m aside
+WALLS = grid_of(
+    *(12.0, 12.0, (7.5, 0.0, 0.2, 5.8), (7.5, 6.2, 0.2, 4.8), (8.1, 5.1, 0.2, 1.8)),
+    origin=SE2(-6.0, -6.0),
+)
+
+
+@pytest.mark.parametrize("fits", [True, False])
+def test_a_path_fits_the_outline_unless_the_planner_has_the_last_word(fits: bool) -> None:
+    long = np.array([[0.3, 0.15], [-0.3, 0.15], [-0.3, -0.15], [0.3, -0.15]])
+    values: dict[str, Any] = {
+        "global_costmap/global_costmap": {"footprint": str(long.tolist())},
+        "planner_server": {"fit_outline": fits},
+    }
+    robot = started(GLOBAL_COSTMAP, PLANNER_SERVER, world=WALLS, **values)
+    path = poses_from_path(to_pose(robot, SE2(4.0)).result.path)
+    collision = first_collision(costmap_of(WALLS), Footprint.polygon(long), path)
+    assert (collision is None) == fits
 
 
 def test_the_start_counts_only_with_use_start(robot: PlayedRobot) -> None:

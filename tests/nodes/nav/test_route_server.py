@@ -93,6 +93,12 @@ def test_a_route_begins_where_no_obstacle_is_between(
     assert nodes_of(found.result.route) == nodes
 
 
+@pytest.mark.parametrize(("most", "code"), [(0, Code.NONE), (1, Code.TIMEOUT)])
+def test_a_search_has_as_many_iterations_as_are_given(tmp_path: Path, most: int, code: int) -> None:
+    goal = ask(serving(tmp_path, max_iterations=most), start_id=0, goal_id=1)
+    assert goal.result.error_code == code
+
+
 @pytest.mark.parametrize("track", [False, True])
 def test_says_why_there_is_no_route(robot: PlayedRobot, track: bool) -> None:
     cases = (

@@ -99,6 +99,30 @@ def test_an_initial_pose_is_where_it_starts(room: Room, how: str) -> None:
     assert room.error[0] < 0.06
 
 
+def test_an_initial_pose_of_the_past_is_moved_on_by_odometry(room: Room) -> None:
+    started(room, global_localization_at_start="never", match_scans=False, relocalize=False)
+    room.drive(2)
+    message = initial_pose(room.robot.pose, covariance=(1e-6, 1e-6, 1e-6))
+    message.header.stamp = header("map", room.robot.now).stamp
+    begun = room.robot.pose
+    room.drive(10)
+    room.bench.publish(PoseWithCovarianceStamped, "initialpose", message, qos.DEFAULT)
+    room.drive(1)
+    moved = begun.inverse() @ room.robot.pose
+    assert (abs(moved.x) > 0.1, abs(moved.theta) > 0.3) == (True, True)
+    assert max(room.error) < 0.1
+
+
+def test_an_initial_pose_given_before_activation_is_kept(room: Room) -> None:
+    node = AmclNode(room.bench.process, {"global_localization_at_start": "never"})
+    node.trigger_configure()
+    room.put_robot(room.robot.pose)
+    room.publish_map()
+    node.trigger_activate()
+    room.drive(2)
+    assert room.error[0] < 0.06
+
+
 def test_a_lost_robot_s_pose_follows_odometry_until_it_is_found(room: Room) -> None:
     """A guess is no pose to drive from, and a robot without one would never look about."""
     node = started(room)
@@ -210,13 +234,18 @@ def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
     assert room.error[0] < 0.06
 
 
+def corridors() -> OccupancyGrid:
+    """Return another building's map."""
+    data = np.full(ROOM.data.shape, FREE, np.int8)
+    data[::30], data[:, ::90] = OCCUPIED, OCCUPIED
+    return OccupancyGrid(ROOM.frame, data)
+
+
 def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room) -> None:
     node = started(room)
     room.put_robot(room.robot.pose)
     room.drive(10)
-    corridors = np.full(ROOM.data.shape, FREE, np.int8)
-    corridors[::30], corridors[:, ::90] = OCCUPIED, OCCUPIED
-    room.publish_map(OccupancyGrid(ROOM.frame, corridors))
+    room.publish_map(corridors())
     room.transforms.clear()
     room.drive(10)
     assert room.transforms == []
@@ -226,6 +255,17 @@ def test_on_a_map_of_another_building_the_pose_is_no_longer_broadcast(room: Room
     assert room.transforms
     assert node.trouble() == ""
     assert room.error < (0.3, 0.2)
+
+
+def test_without_relocalization_the_pose_is_broadcast_whatever_the_map(room: Room) -> None:
+    node = started(room, relocalize=False)
+    room.put_robot(room.robot.pose)
+    room.drive(10)
+    room.publish_map(corridors())
+    room.transforms.clear()
+    room.drive(5)
+    assert len(room.transforms) >= 4
+    assert "since the map was replaced" not in node.trouble()
 
 
 def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> None:

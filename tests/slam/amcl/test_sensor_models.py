@@ -127,6 +127,8 @@ def test_beam_skipping_ignores_a_beam_that_fits_no_particle() -> None:
     assert skipping.weigh(poses, seen(beams)).levels[0] == pytest.approx(HIT, rel=1e-5)
     keeping = LikelihoodFieldProb(field, AmclConfig(do_beamskip=False))
     assert keeping.weigh(poses, seen(beams)).levels[0] < 0.5 * HIT
+    spread = np.array([*poses, [1.25, 2.6, 0.0]])  # its mean is 0.9 m away: they have not converged
+    assert skipping.weigh(spread, seen(beams)).levels[0] < 0.5 * HIT
     all_off = skipping.weigh(poses, seen(beams[1:]))
     assert np.isfinite(all_off.levels).all()  # too many to skip: all are used
 

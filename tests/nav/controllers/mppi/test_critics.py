@@ -360,16 +360,20 @@ def test_obstacles_repel_by_the_distance_that_costs_encode(distance: float, scal
     config = ObstaclesConfig(
         repulsion_weight=2.5, critical_weight=20.0, collision_cost=1e3, near_goal_distance=0.5
     )
-    scene = made_scene(goal_distance=distance)._replace(clearances=clearances(scaling))
-    table = np.zeros(256)
+    scene = made_scene(goal_distance=distance)._replace(
+        clearances=clearances(scaling), inflation_radius=0.7
+    )
+    near, far = np.zeros(256), np.zeros(256)
     for cost in range(1, 255):  # cost = 252 exp(-k d) beyond the inscribed radius
         away = math.log(252.0 / cost) / (scaling or 3.0)
-        table[cost] = 20.0 * max(0.1 - away, 0.0)
-        table[cost] += 2.5 * max(0.1 + 0.25 - away, 0.0) * (distance > 0.5)
-    sums, hit = summed(table, scene, 1)
+        near[cost], far[cost] = max(0.1 - away, 0.0), max(0.7 - away, 0.0)
+    (sums, hit), (repelled, _) = summed(near, scene, 1), summed(far, scene, 1)
     assert 0 < hit.sum() < BATCH
     costs, blocked = obstacles_critic(config, R, scene)
-    assert costs == pytest.approx(np.where(hit, 1e3, sums / STEPS), rel=1e-3)
+    # ObstaclesCritic::score: raw_cost, and repulsive_cost less the least, over the length
+    expected = 20.0 * np.where(hit, 1e3, sums)
+    expected += 2.5 * (repelled - repelled.min()) / STEPS * (distance > 0.5)
+    assert costs == pytest.approx(expected, rel=1e-3)
     assert not blocked
 
 
