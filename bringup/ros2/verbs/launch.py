@@ -148,6 +148,7 @@ def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
         words_of, problems = commands(path, service.context.new_file)
         for line in problems:
             log.error(line)
+        service.context.problems += problems
         return _launched(_all(words_of), options, service)
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)
