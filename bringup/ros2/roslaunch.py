@@ -45,10 +45,12 @@ def is_ros1(path: Path) -> bool:
     return bool(_SIGNS.search(text)) and not _SIGNS_OF_ROS2.search(text)
 
 
-def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], list[str]]:
-    """Return the commands that start what a ROS 1 launch file does, and what cannot be.
+def commands(
+    path: Path, keep: Callable[[str], Path]
+) -> tuple[list[list[str]], list[str], list[str]]:
+    """Return the commands that start what a ROS 1 launch file does, notes, and what cannot be.
 
-    Each begins with a command of `arjuna`, or with `run` of `ros2`.
+    Each command begins with one of `arjuna`, or with `run` of `ros2`.
 
     Raises:
         InputFileError: The file, or one that it includes, cannot be used.
@@ -70,7 +72,7 @@ def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], 
         problems += [*conversion.unknown, *conversion.problems]
         parameters = ["--params", str(keep(conversion.text))]
     made, missing = _commands(found, parameters)
-    return made, [*problems, *missing]
+    return made, problems, missing
 
 
 def commands_of(package: str, file: str, words: list[str]) -> list[list[str]]:

@@ -317,6 +317,16 @@ def test_parameters_of_xml_and_yaml_may_be_lists(
     assert repr(value_of(context, given["p"])) == values
 
 
+def test_a_node_starts_without_a_parameter_file_that_is_not_there(
+    tmp_path: Path, launched: Launch
+) -> None:
+    given = [str(tmp_path / "a.yaml"), {"b": 1}]
+    node = Node(executable="/bin/echo", parameters=given, output="screen")
+    code, printed = launched(node)
+    assert f"Parameter file path is not a file: {tmp_path}/a.yaml" in printed
+    assert (code, printed.count("--params-file")) == (0, 1)
+
+
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
