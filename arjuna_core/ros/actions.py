@@ -27,7 +27,7 @@ def action_server(
     node: ManagedNode, action_type: Any, name: str, result_timeout: float, **callbacks: Any
 ) -> Any:
     """Return an action's server; a goal lasts until `finish`, a result is kept for a time [s]."""
-    server: Any = _DeferredActionServer if node.transport is None else LocalActionServer
+    server: Any = DeferredActionServer if node.transport is None else LocalActionServer
     return server(
         node,
         action_type,
@@ -60,7 +60,7 @@ def _retire(node: Any, waitable: Any, destroy: Callable[[], None], turns: int = 
     node.executor.create_task(destroy)
 
 
-class _DeferredActionServer(ActionServer):
+class DeferredActionServer(ActionServer):
     """An action server whose goals stay executing until `finish`.
 
     rclpy runs a goal inside its execute callback; a goal that lasts would have to block there.

@@ -15,6 +15,7 @@ from bringup.parameters.foreign.launch_file import LaunchFile, Program
 from bringup.ros2.verbs.forward import PROGRAMS, executables_of, remedy
 
 _SIGNS = re.compile(rb"<node[^>]*\stype=|\$\((find|arg)\s|<rosparam")
+_SIGNS_OF_ROS2 = re.compile(rb"<node[^>]*\sexec=|\$\((find-pkg-\w+|var)\s")
 _BURGER = str(shipped_file("urdf/burger.urdf"))
 _WORLDS = {
     "turtlebot3_empty_world.launch": ("empty", ("0", "0")),
@@ -39,14 +40,17 @@ class _Found:
 
 
 def is_ros1(path: Path) -> bool:
-    """Return whether a launch file is of ROS 1."""
-    return is_xml(path) and bool(_SIGNS.search(head_of(path, 2**20)))
+    """Return whether a launch file is of ROS 1; one that mixes it with ROS 2 is not."""
+    text = head_of(path, 2**20) if is_xml(path) else b""
+    return bool(_SIGNS.search(text)) and not _SIGNS_OF_ROS2.search(text)
 
 
-def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], list[str]]:
-    """Return the commands that start what a ROS 1 launch file does, and what cannot be.
+def commands(
+    path: Path, keep: Callable[[str], Path]
+) -> tuple[list[list[str]], list[str], list[str]]:
+    """Return the commands that start what a ROS 1 launch file does, notes, and what cannot be.
 
-    Each begins with a command of `arjuna`, or with `run` of `ros2`.
+    Each command begins with one of `arjuna`, or with `run` of `ros2`.
 
     Raises:
         InputFileError: The file, or one that it includes, cannot be used.
@@ -68,7 +72,7 @@ def commands(path: Path, keep: Callable[[str], Path]) -> tuple[list[list[str]], 
         problems += [*conversion.unknown, *conversion.problems]
         parameters = ["--params", str(keep(conversion.text))]
     made, missing = _commands(found, parameters)
-    return made, [*problems, *missing]
+    return made, problems, missing
 
 
 def commands_of(package: str, file: str, words: list[str]) -> list[list[str]]:

@@ -8,12 +8,15 @@ from __future__ import annotations
 
 import io
 import re
+import sys
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from PIL import Image as Picture
 from sensor_msgs.msg import CompressedImage, Image
+
+from cv_bridge.aruco import complete
 
 _DEPTHS = {
     "8U": np.uint8, "8S": np.int8, "16U": np.uint16, "16S": np.int16,
@@ -40,6 +43,10 @@ class CvBridgeError(TypeError):
 
 class CvBridge:
     """Converts images between messages and arrays of rows, columns and channels."""
+
+    def __init__(self) -> None:
+        if (opencv := sys.modules.get("cv2")) is not None:
+            complete(opencv)
 
     def imgmsg_to_cv2(self, img_msg: Image, desired_encoding: str = "passthrough") -> NDArray[Any]:
         """Return a message's image as an array, `(H, W)` or `(H, W, channels)`, in an encoding.

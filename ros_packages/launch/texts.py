@@ -65,7 +65,9 @@ def _words(text: str) -> list[str]:
 def _substitution(inside: str) -> Substitution:
     name, _, rest = inside.partition(" ")
     if name not in _SUBSTITUTIONS:
-        raise InvalidLaunchFileError(f"$({inside}) is unknown; {nearest(name, _SUBSTITUTIONS)}")
+        ros1 = _OF_ROS1.get(name)
+        remedy = f"of ROS 1; valid: $({ros1} {rest})" if ros1 else nearest(name, _SUBSTITUTIONS)
+        raise InvalidLaunchFileError(f"$({inside}) is unknown{', ' if ros1 else '; '}{remedy}")
     words = [parse_substitution(word) for word in _words(rest)]
     if name in ("eval", "command") and len(words) > 2:  # without quotes
         words = [parse_substitution(rest.strip())]
@@ -82,6 +84,7 @@ def _ros(name: str, *words: Text) -> Substitution:
     return found
 
 
+_OF_ROS1 = {"arg": "var", "find": "find-pkg-share", "optenv": "env"}
 _SUBSTITUTIONS: dict[str, Callable[..., Substitution]] = {
     "and": lambda *words: substitutions.AndSubstitution(*words),
     "anon": lambda name: substitutions.AnonName(name),

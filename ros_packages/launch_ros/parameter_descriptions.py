@@ -10,6 +10,8 @@ from typing import Any
 
 import yaml
 from launch.launch_context import LaunchContext
+from launch.logging import get_logger
+from launch.missing import left_out
 from launch.substitution import (
     SomeSubstitutionsType,
     Substitution,
@@ -123,7 +125,13 @@ def flattened(
 
 
 def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[str]:
-    """Return files of the parameters of a node, or `/**`: those given, and new ones of values."""
+    """Return files of the parameters of a node, or `/**`: those given, and new ones of values.
+
+    Of those that are not there it is said so.
+
+    Raises:
+        SubstitutionFailure: One is of a package that is not there.
+    """
     found: list[str] = []
     for one in given:
         if isinstance(one, Parameter):
@@ -133,9 +141,12 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
         else:
             file = one if isinstance(one, ParameterFile) else ParameterFile(one)
             path = file.evaluate(context)
-            if not path.is_file():
+            if path.is_file():
+                found.append(str(path))
+            elif left_out(path):
                 raise SubstitutionFailure(f"there is no parameter file {path}")
-            found.append(str(path))
+            else:
+                get_logger("launch_ros").warning(f"Parameter file path is not a file: {path}")
             continue
         text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
         found.append(str(context.new_file(text)))

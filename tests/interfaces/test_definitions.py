@@ -17,6 +17,7 @@ WITHOUT_HASHES = tuple(
         *("example_interfaces", "composition_interfaces"),
         *("ackermann_msgs", "control_msgs", "rosbag2_interfaces", "vision_msgs"),
         *("controller_manager_msgs", "gazebo_msgs", "irobot_create_msgs", "ros_gz_interfaces"),
+        "turtlesim",
     )
 )
 """The packages whose hashes of a release we have not."""

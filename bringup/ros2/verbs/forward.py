@@ -171,6 +171,7 @@ _GAZEBO = f"{_PROGRAMS}.gazebo"
 _MOCK = f"{_PROGRAMS}.mock_hardware"
 _RELAYS = f"{_PROGRAMS}.relays"
 _ROSBRIDGE = "bringup.ros2.rosbridge.bridge"
+_TURTLESIM = "bringup.ros2.turtlesim"
 TAKES_ALL = (_GAZEBO, _BRIDGE, _MOCK, _RELAYS, _ROSBRIDGE)
 """Programs that read ROS' own words themselves; of others rclpy does."""
 
@@ -234,6 +235,9 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         for name in ("talker", "listener")
     },
     ("image_transport", "republish"): f"{_RELAYS}:republish",
+    ("turtlesim", "mimic"): f"{_TURTLESIM}.node:mimic",
+    ("turtlesim", "turtle_teleop_key"): f"{_TURTLESIM}.teleop",
+    ("turtlesim", "turtlesim_node"): f"{_TURTLESIM}.node",
     ("twist_stamper", "twist_stamper"): f"{_RELAYS}:stamp",
     ("twist_stamper", "twist_unstamper"): f"{_RELAYS}:unstamp",
     ("xacro", "xacro"): _xacro,

@@ -146,9 +146,10 @@ def start(path: Path, words: list[str], options: argparse.Namespace) -> int:
     log.info(f"All log files can be found below {launch_config.log_dir}")
     if is_ros1(path):
         service = _service(options)
-        words_of, problems = commands(path, service.context.new_file)
-        for line in problems:
+        words_of, notes, missing = commands(path, service.context.new_file)
+        for line in (*notes, *missing):
             log.error(line)
+        service.context.problems += missing
         return _launched(_all(words_of), options, service)
     pairs = [(name, value) for name, _, value in (word.partition(":=") for word in words)]
     included = IncludeLaunchDescription(source, launch_arguments=pairs)

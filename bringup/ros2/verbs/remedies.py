@@ -43,7 +43,6 @@ REMEDIES = {
     "turtlebot3_bringup": _DRIVER,
     "moveit_configs_utils": "arms are not planned for here",
     "webots_ros2_driver": "worlds of Webots are not read: 'arjuna sim' simulates",
-    "turtlesim": "it draws on a screen of its own: 'arjuna sim' is the robot here",
 }
 """What to do instead, by the package that is not there."""
 PIP = {

@@ -19,7 +19,7 @@ from bringup.cli import parse
 from bringup.ros2.grammar import VERBS, build_parser, choices_of
 from bringup.ros2.launches import LAUNCHES
 from bringup.ros2.main import main, real_ros2, without_wheels
-from bringup.ros2.roslaunch import commands_of
+from bringup.ros2.roslaunch import commands_of, is_ros1
 from bringup.ros2.verbs import forward, launch, multicast
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
@@ -391,6 +391,35 @@ def test_known_launch_files_of_ros_1_are_commands(words: str, expected: list[str
     file, *given = words.split()
     found = commands_of("turtlebot3", file, given)
     assert [" ".join(command) for command in found] == expected
+
+
+_ARG = '<arg name="map"/>'
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        (f'{_ARG}<node pkg="p" type="t" name="n" args="$(arg map)"/>', True),
+        (f'{_ARG}<include file="$(find p)/launch/a.launch"/>', True),
+        (f'{_ARG}<node pkg="p" exec="e" args="$(var map)"/>', False),
+        (f'{_ARG}<node pkg="p" exec="e" args="$(arg map)"/>', False),
+        (f'{_ARG}<include file="$(find-pkg-share p)/$(arg map)"/>', False),
+    ],
+)  # fmt: skip
+def test_launch_files_that_mix_ros_1_into_ros_2_are_of_ros_2(
+    text: str, expected: bool, tmp_path: Path
+) -> None:
+    (tmp_path / "a.launch.xml").write_text(f"<launch>{text}</launch>")
+    assert is_ros1(tmp_path / "a.launch.xml") is expected
+
+
+def test_what_a_launch_file_of_ros_1_lacks_is_its_exit_code(
+    tmp_path: Path, capfd: pytest.CaptureFixture[str]
+) -> None:
+    path = tmp_path / "a.launch"
+    path.write_text('<launch><node pkg="nowhere" type="t.py" name="n"/></launch>')
+    assert main(["launch", str(path)]) == 1
+    assert "nowhere t.py is not started" in capfd.readouterr().out
 
 
 def test_a_parameter_file_names_the_map(tmp_path: Path, started: list[list[str]]) -> None:

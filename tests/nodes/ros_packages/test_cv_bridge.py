@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import math
+import sys
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -193,3 +195,45 @@ def test_a_cloud_is_transformed_with_its_normals_and_other_fields() -> None:
     assert registered is do_transform_cloud
     points = transform_points(np.array([[1.0, 2.0, 3.0]]), transform.transform)
     np.testing.assert_allclose(points, [[-1.0, 1.0, 3.0]], atol=1e-12)
+
+
+def test_programs_of_jazzy_s_opencv_find_its_markers_functions(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    aruco = SimpleNamespace(
+        getPredefinedDictionary=lambda number: ("dictionary", number),
+        DetectorParameters=lambda: "parameters",
+        ArucoDetector=lambda *given: SimpleNamespace(detectMarkers=lambda image: (image, given)),
+        generateImageMarker="marker",
+    )
+    opencv = SimpleNamespace(
+        aruco=aruco,
+        drawFrameAxes="axes",
+        solvePnP=lambda points, corners, *camera: (True, points[0], corners[0][0]),
+    )
+    monkeypatch.setitem(sys.modules, "cv2", opencv)
+    CvBridge()
+    functions: Any = aruco
+    dictionary = functions.Dictionary_get(7)
+    asked = functions.DetectorParameters_create()
+    assert functions.detectMarkers("image", dictionary, parameters=asked) == (
+        "image",
+        (("dictionary", 7), "parameters"),
+    )
+    corners = [np.full((1, 4, 3), float(i)) for i in (1, 2)]
+    turned, moved, points = functions.estimatePoseSingleMarkers(corners, 0.2, "K", "D")
+    square = [(-0.1, 0.1, 0.0), (0.1, 0.1, 0.0), (0.1, -0.1, 0.0), (-0.1, -0.1, 0.0)]
+    np.testing.assert_allclose(points[:, 0], square, atol=1e-6)
+    assert (turned.shape, moved.shape) == ((2, 1, 3), (2, 1, 3))
+    assert (functions.drawAxis, functions.drawMarker) == ("axes", "marker")
+
+
+def test_an_opencv_keeps_its_own_markers_functions(monkeypatch: pytest.MonkeyPatch) -> None:
+    own = SimpleNamespace(
+        **dict.fromkeys(("getPredefinedDictionary", "DetectorParameters", "ArucoDetector")),
+        generateImageMarker=None,
+        detectMarkers="own",
+    )
+    monkeypatch.setitem(sys.modules, "cv2", SimpleNamespace(aruco=own, drawFrameAxes=None))
+    CvBridge()
+    assert own.detectMarkers == "own"

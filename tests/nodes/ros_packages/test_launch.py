@@ -53,6 +53,7 @@ from launch.substitutions import (
     PythonExpression,
     SubstitutionFailure,
 )
+from launch.texts import InvalidLaunchFileError
 from launch_ros import lifecycle
 from launch_ros.actions import LifecycleTransition, Node
 from launch_ros.parameter_descriptions import ParameterValue, value_of
@@ -314,6 +315,29 @@ def test_parameters_of_xml_and_yaml_may_be_lists(
     node: Any = description_of(tmp_path / name).entities[0]
     (given,) = node._parameters
     assert repr(value_of(context, given["p"])) == values
+
+
+def test_a_node_starts_without_a_parameter_file_that_is_not_there(
+    tmp_path: Path, launched: Launch
+) -> None:
+    given = [str(tmp_path / "a.yaml"), {"b": 1}]
+    node = Node(executable="/bin/echo", parameters=given, output="screen")
+    code, printed = launched(node)
+    assert f"Parameter file path is not a file: {tmp_path}/a.yaml" in printed
+    assert (code, printed.count("--params-file")) == (0, 1)
+
+
+@pytest.mark.parametrize(
+    ("given", "expected"),
+    [
+        ("$(arg map)", r"valid: \$\(var map\)"),
+        ("$(find nav)/a.yaml", r"valid: \$\(find-pkg-share nav\)"),
+        ("$(optenv HOME x)", r"valid: \$\(env HOME x\)"),
+    ],
+)
+def test_ros_1_s_substitutions_are_told_with_those_of_ros_2(given: str, expected: str) -> None:
+    with pytest.raises(InvalidLaunchFileError, match=expected):
+        parse_substitution(given)
 
 
 def test_a_launch_file_s_arguments_are_no_remappings(

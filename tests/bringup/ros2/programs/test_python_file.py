@@ -65,11 +65,15 @@ def test_what_cannot_run_says_why(
         (["-d", "nav2.rviz"], ["--config", "nav2.rviz"]),
         (["--display-config", "a.rviz", "-f", "odom"], ["--config", "a.rviz", "--frame", "odom"]),
         (["-d", "a.rviz", "-s", "none", "--ros-args", "-r", "__node:=r"], ["--config", "a.rviz"]),
+        (["-d", "nowhere/b.rviz", "-f", "odom"], ["--frame", "odom"]),
     ],
 )
 def test_its_options_are_the_view_s(
-    given: list[str], options: list[str], monkeypatch: pytest.MonkeyPatch
+    given: list[str], options: list[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    monkeypatch.chdir(tmp_path)
+    for name in ("nav2.rviz", "a.rviz"):
+        (tmp_path / name).touch()
     started: list[object] = []
     monkeypatch.setattr(rviz2, "arjuna", lambda command, words: started.append((command, words)))
     rviz2.main(given)
