@@ -225,8 +225,8 @@ def _drive_lines(robot: RobotModel) -> Iterator[str]:
     named = drive.base_frame not in ("", root)
     other = f" (its root link; the file says {drive.base_frame})" if named else ""
     yield f"    odometry of {source}, {drive.odometry_frame} -> {root}{other}"
-    if drive.is_classic:
-        yield "    in launch files it is the world's, as Gazebo Classic's without <odometry_source>"
+    if drive.begins_in_world:
+        yield "    in launch files it begins at the pose in the world, as Gazebo Classic's there"
     yield f"    publishes: {', '.join(drive.publishes) or 'nothing'}"
 
 

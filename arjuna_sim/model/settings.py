@@ -18,7 +18,7 @@ OUTPUTS = (
     *("plugin", "max_acceleration", "max_velocity", "max_reverse", "max_turn"),
     *("max_deceleration", "max_jerk", "max_turn_deceleration", "max_turn_jerk"),
     *("max_turn_acceleration", "command_timeout", "rate", "command_topic", "odometry_topic"),
-    *("odometry_frame", "base_frame", "from_world", "is_classic", "stamped", "publishes"),
+    *("odometry_frame", "base_frame", "from_world", "begins_in_world", "stamped", "publishes"),
 )
 """Fields of a drive that do not depend on its wheels."""
 WHEEL_ODOMETRY = "wheel_odom"
@@ -65,7 +65,8 @@ class DriveSettings:
         rate: Rate of the odometry, 0 for each tick [Hz].
         base_frame: Its child frame; "" for the root link.
         from_world: Whether odometry is the truth rather than the encoders' sum.
-        is_classic: Whether the file leaves that to a drive of Gazebo Classic, which is the truth.
+        begins_in_world: Whether odometry begins at the robot's pose in the world, of a Gazebo that
+            launch files start: Classic's drives take it from there unless told otherwise.
         stamped: Whether commands are TwistStamped.
         publishes: Which outputs are on, by name (`odom`, `odom_tf`, `wheel_tf`, `joint_states`).
         kind: How the wheels move the robot.
@@ -101,7 +102,7 @@ class DriveSettings:
     odometry_frame: str = "odom"
     base_frame: str = ""
     from_world: bool = False
-    is_classic: bool = False
+    begins_in_world: bool = False
     stamped: bool = False
     publishes: tuple[str, ...] = ("odom", "odom_tf")
     kind: DriveKind = DriveKind.SIDES
@@ -136,10 +137,6 @@ class DriveSettings:
         """The topic on which a filter of wheels and gyro publishes the odometry."""
         own = self.odometry_topic
         return "odom" if own.lstrip("/") == WHEEL_ODOMETRY else own
-
-    def as_in_gazebo(self) -> DriveSettings:
-        """Return it with the source of odometry that Gazebo takes where the file says none."""
-        return replace(self, from_world=self.from_world or self.is_classic)
 
     def standard(self) -> DriveSettings:
         """Return it with the standard topics and the transform `odom` to the robot's root."""

@@ -119,8 +119,9 @@ class RobotTopics:
 
     def __init__(self, node: ManagedNode, robot: RobotModel, config: SimConfig) -> None:
         robot = robot.standard() if config.standard_topics else robot
-        settings, drive = robot.settings, robot.drive
-        self.drive = drive.as_in_gazebo() if config.frames_of_file else drive
+        settings, self.drive = robot.settings, robot.drive
+        self._begins_in_world = config.frames_of_file and self.drive.begins_in_world
+        self._T_world_start: SE2 | None = None
         self.settings = settings if config.frames_of_file else _with_frames(settings, robot)
         self._lidar = self.settings.first(LidarSettings)
         self._imu_settings = self.settings.first(ImuSettings)
@@ -198,12 +199,20 @@ class RobotTopics:
         estimate = observation.odometry
         if drive.from_world:
             estimate = _exact(observation.truth)
+        elif self._begins_in_world:
+            estimate = self._in_world(estimate, observation.truth.pose)
         frame = drive.odometry_frame
         if moves and "odom_tf" in drive.publishes:
             T = transform_msg(estimate.T_odom_base, frame, self._base, now)
             self._tf_out.publish(transforms_msg(T))
         if is_due and "odom" in drive.publishes:
             self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
+
+    def _in_world(self, estimate: OdometryEstimate, pose: SE2) -> OdometryEstimate:
+        """Return odometry that began at the robot's pose in the world, where it was put."""
+        if self._T_world_start is None:
+            self._T_world_start = pose @ estimate.T_odom_base.inverse()
+        return estimate._replace(T_odom_base=self._T_world_start @ estimate.T_odom_base)
 
     def _publish_sensors(self, observation: Observation) -> None:
         lidar, imu = self._lidar, self._imu_settings

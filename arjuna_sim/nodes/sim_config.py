@@ -80,8 +80,8 @@ class SimConfig(SimulatorConfig):
     frames_of_file: bool = fixed(
         False,
         "Whether sensors have the frames that the robot's file names, as in Gazebo, rather than"
-        " ones where they are: for a robot_state_publisher of yours, which knows no others. Drives"
-        " of Gazebo Classic whose file names no source have odometry of the world then, as there.",
+        " ones where they are: for a robot_state_publisher of yours, which knows no others. That of"
+        " Gazebo Classic's drives begins at the pose in the world then, unless told otherwise.",
     )
     transform_rate: float = fixed(
         10.0,

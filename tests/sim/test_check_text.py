@@ -93,7 +93,7 @@ _NAMED = """  drive: plugin 'diff'
     speed 0.75 m/s, unlimited rad/s, rate 25 Hz
     commands on drive, odometry on wheel_odom
     odometry of the encoders, odo -> base (its root link; the file says footprint)
-    in launch files it is the world's, as Gazebo Classic's without <odometry_source>
+    in launch files it begins at the pose in the world, as Gazebo Classic's there
     publishes: odom, odom_tf"""
 _GUESSED = """  drive: guessed (--save-guess FILE keeps it)
     left: left_joint; right: right_joint

@@ -29,8 +29,6 @@ _FILE = re.compile(
     r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"
     r"([-_]system)?(\.so)?"
 )
-_CLASSIC = re.compile(r"gazebo[-_]ros[-_]")
-"""In the names of Gazebo Classic's plugins; its drives take the true pose unless told otherwise."""
 _SPELLINGS = {
     DriveKind.SIDES: ("diffdrive", "diffdrivecontroller", "skidsteerdrive", "skidsteer"),
     DriveKind.MECANUM: ("mecanumdrive", "mecanumdrivecontroller"),
@@ -252,7 +250,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         odometry_frame=text_of(plugin, "odometryframe", "frameid", default="odom").lstrip("/"),
         base_frame=text_of(plugin, "robotbaseframe", "childframeid").lstrip("/"),
         from_world=source in ("1", "world"),
-        is_classic=not source and bool(_CLASSIC.search(plugin.get("filename", ""))),
+        begins_in_world=not source and is_classic(plugin),
         stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
     )

@@ -108,7 +108,7 @@ def test_joint_states_and_imu_keep_their_rates(bench: RosBench, tmp_path: Path) 
 
 
 def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
-    edit = ("<odometrySource>encoder<", "<odometrySource>world<")
+    edit = ("<wheelSeparation>", "<odometrySource>world</odometrySource><wheelSeparation>")
     robot = _robot(tmp_path, edit)
     sim = start_sim(bench, robot=robot, initial_pose={"x": 1.0, "y": 0.5, "yaw": 0.3})
     odom = bench.collect(Odometry, "/odom")
@@ -123,7 +123,7 @@ def test_world_odometry_is_the_truth(bench: RosBench, tmp_path: Path) -> None:
 def test_odometry_of_classic_begins_where_it_is_in_the_world(
     bench: RosBench, tmp_path: Path, frames_of_file: bool, x: float
 ) -> None:
-    robot = _robot(tmp_path, ("<odometrySource>encoder</odometrySource>", ""))
+    robot = _robot(tmp_path)
     given = {"initial_pose": {"x": 1.0, "y": 0.5, "yaw": 0.3}, "frames_of_file": frames_of_file}
     sim = start_sim(bench, robot=robot, **given)
     odom = bench.collect(Odometry, "/odom")

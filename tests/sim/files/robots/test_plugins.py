@@ -203,7 +203,7 @@ def test_each_tag_says_one_thing(tag: str, changed: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("file", "tag", "from_world"),
+    ("file", "tag", "begins_in_world"),
     [
         ("libgazebo_ros_diff_drive.so", "", True),
         ("libgazebo_ros_skid_steer_drive.so", "", True),
@@ -212,11 +212,10 @@ def test_each_tag_says_one_thing(tag: str, changed: dict[str, Any]) -> None:
         ("gz-sim-diff-drive-system", "", False),
     ],
 )
-def test_gazebo_classic_takes_the_truth_where_no_source_is_named(
-    file: str, tag: str, from_world: bool
+def test_gazebo_classic_begins_in_the_world_where_no_source_is_named(
+    file: str, tag: str, begins_in_world: bool
 ) -> None:
-    found = drive(SIDES + tag, file=file)
-    assert (found.from_world, found.as_in_gazebo().from_world) == (False, from_world)
+    assert drive(SIDES + tag, file=file).begins_in_world == begins_in_world
 
 
 @pytest.mark.parametrize(
