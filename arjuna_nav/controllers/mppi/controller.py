@@ -156,9 +156,10 @@ class Mppi(PathController):
         costs, blocked = np.zeros(rollouts.x.shape[1], np.float32), False
         for name in self._config.critics:
             own = getattr(self._config, name)
-            seen = scene.inflated_by(getattr(own, "inflation_layer_name", ""))
             if not own.enabled:
                 continue
+            layer = getattr(own, "inflation_layer_name", None)
+            seen = scene if layer is None else scene.inflated_by(layer)
             if name in self._own_critics:
                 cost = self._own_critics[name].cost(rollouts, seen)
             else:
