@@ -53,7 +53,7 @@ class SimConfig(SimulatorConfig):
     publish_ground_truth: bool = fixed(
         True,
         "Whether ground_truth/odom is published, and the static transform world -> map: maps have"
-        " the world's coordinates, those of slam_toolbox if the robot starts at the origin.",
+        " the world's coordinates, those of slam_toolbox where odometry begins with them.",
     )
     resource_folder: str = param(
         ".",
