@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.param import length_param, param
+from arjuna_core.param import duration_param, length_param, param
 from arjuna_core.readings import scan_from_msg, seconds
 from bringup.viewing.displays.base import Display, Wanted, rainbow
 from bringup.viewing.drawing.messages import frame_of
@@ -39,6 +39,7 @@ class PointCloud2(Display):
         autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
         min_intensity: float = param(0.0, "Value of the first colour.")
         max_intensity: float = param(4096.0, "Value of the last colour.")
+        decay_time: float = duration_param(0.0, "How long points stay; 0 until the next ones come.")
 
     def take(self, message: Any) -> Parts:
         values = self._fields(message)
@@ -170,6 +171,7 @@ class LaserScan(Display):
         color: Colour = param((230, 30, 30), "Colour.")
         size_m: float = length_param(0.05, "Size of a point.", minimum=0.001, maximum=1.0)
         on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
+        decay_time: float = duration_param(0.0, "How long points stay; 0 until the next ones come.")
 
     def take(self, message: Any) -> Parts:
         config, scan = self.config, scan_from_msg(message)
