@@ -60,8 +60,8 @@ class RvizFile:
 
     Attributes:
         fixed_frame: Empty where it names none.
-        unsupported: Displays that it shows, panels, tools and views that nothing here is for, and
-            settings that change much, each with its class.
+        unsupported: Displays that it shows, panels, tools and views that nothing here is for, each
+            with its class.
         document: All of the file; the displays' `rviz` are parts of it.
     """
 
@@ -93,8 +93,6 @@ def read_rviz(path: Path) -> RvizFile:
         spec = _spec(display, shown)
         if spec is not None:
             displays.append(spec)
-            if shown and display.get("Decay Time") not in (None, 0):
-                unsupported.append(f"Decay Time of {_named(display)}")
         elif shown and _kind(display) != "Grid":
             unsupported.append(_named(display))
     for what, parts in (("panel", document.get("Panels")), ("tool", manager.get("Tools"))):

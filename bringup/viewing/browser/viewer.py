@@ -41,13 +41,25 @@ class _Shown:
 
     Attributes:
         waiting: Drawings whose frames are not known yet at their stamps.
+        kept: Those that stay for the display's `decay_time`, with when they were drawn [s].
     """
 
     spec: DisplaySpec
     display: Display
     waiting: deque[Parts] = field(default_factory=lambda: deque(maxlen=20))
+    kept: deque[tuple[float, Parts]] = field(default_factory=lambda: deque(maxlen=200))
     error: str = ""
     drawn: int = 0
+
+    def with_older(self, parts: Parts, now: float) -> Parts:
+        """Return what is drawn with what was drawn before and stays at a time [s]."""
+        stays = getattr(self.display.config, "decay_time", 0.0)
+        if stays <= 0.0:
+            return parts
+        self.kept.append((now, {f"{self.drawn} {name}": part for name, part in parts.items()}))
+        while self.kept[0][0] < now - stays:
+            self.kept.popleft()
+        return {name: part for _, each in self.kept for name, part in each.items()}
 
 
 class Viewer:
@@ -184,7 +196,7 @@ class Viewer:
                 self._map = part
                 self._scene.frame_map(part)
         drawn = {name: part for name, part in parts.items() if not isinstance(part, beside)}
-        self._scene.draw(key, drawn)
+        self._scene.draw(key, each.with_older(drawn, now))
         if isinstance(each.display, RobotModel):
             self._root = each.display.base
             self._server.gui.set_panel_label(each.display.robot or "Arjuna")

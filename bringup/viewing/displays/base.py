@@ -24,7 +24,7 @@ DISPLAYS = PluginTypes(
         for module, names in {
             "robot": "RobotModel TF Axes People",
             "map": "Map GridCells",
-            "clouds": "LaserScan PointCloud2 DepthCloud",
+            "clouds": "LaserScan PointCloud2 PointCloud DepthCloud",
             "poses": "Path Polygon Pose PoseArray ParticleCloud PoseWithCovariance Odometry",
             "markers": "Marker MarkerArray InteractiveMarkers",
             "sensors": "Range PointStamped Wrench TwistStamped AccelStamped Imu Temperature"

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from arjuna_core.param import length_param, param
+from arjuna_core.param import duration_param, length_param, param
 from arjuna_core.readings import scan_from_msg, seconds
 from bringup.viewing.displays.base import Display, Wanted, rainbow
 from bringup.viewing.drawing.messages import frame_of
@@ -39,9 +39,10 @@ class PointCloud2(Display):
         autocompute_intensity_bounds: bool = param(True, "Colours span the values that come.")
         min_intensity: float = param(0.0, "Value of the first colour.")
         max_intensity: float = param(4096.0, "Value of the last colour.")
+        decay_time: float = duration_param(0.0, "How long points stay; 0 until the next ones come.")
 
     def take(self, message: Any) -> Parts:
-        values = cloud_fields(message)
+        values = self._fields(message)
         if not {"x", "y", "z"} <= values.keys():
             raise ValueError(f"a cloud without x, y and z; its fields: {', '.join(values)}")
         points = np.stack([values[axis] for axis in "xyz"], axis=1).astype(np.float32, copy=False)
@@ -57,6 +58,9 @@ class PointCloud2(Display):
                 points=points, colour=colour, size=self.config.size_m,
             )
         }  # fmt: skip
+
+    def _fields(self, message: Any) -> dict[str, NDArray[Any]]:
+        return cloud_fields(message)
 
     def _colours(self, points: Any, values: dict[str, NDArray[Any]]) -> Colour | Colours:
         config, by = self.config, self.config.color_transformer
@@ -98,6 +102,19 @@ def cloud_fields(message: Any) -> dict[str, NDArray[Any]]:
         elif each.datatype in _TYPES:
             found[each.name] = np.zeros(0, np.float32)
     return found
+
+
+class PointCloud(PointCloud2):
+    """A cloud of points in the older message, whose fields are channels."""
+
+    types = ("sensor_msgs/msg/PointCloud",)
+
+    def _fields(self, message: Any) -> dict[str, NDArray[Any]]:
+        points = np.array([(p.x, p.y, p.z) for p in message.points], np.float32).reshape(-1, 3)
+        channels = {each.name: np.asarray(each.values, np.float32) for each in message.channels}
+        if any(len(values) != len(points) for values in channels.values()):
+            raise ValueError(f"a cloud of {len(points)} points has channels of another length")
+        return channels | dict(zip("xyz", points.T, strict=True))
 
 
 class DepthCloud(Display):
@@ -154,6 +171,7 @@ class LaserScan(Display):
         color: Colour = param((230, 30, 30), "Colour.")
         size_m: float = length_param(0.05, "Size of a point.", minimum=0.001, maximum=1.0)
         on_floor: bool = param(True, "Draw the points on the floor, not at the lidar's height.")
+        decay_time: float = duration_param(0.0, "How long points stay; 0 until the next ones come.")
 
     def take(self, message: Any) -> Parts:
         config, scan = self.config, scan_from_msg(message)

@@ -78,13 +78,15 @@ class RobotSide:
         The usual ones are in the viewer's namespace, also where a file has them with a slash.
         """
         for tool, (kind, usual) in _TOOLS.items():
-            if tool in self._outs:
-                self.node.destroy_publisher(self._outs.pop(tool))
             topic = topics.get(tool, usual)
-            is_own = topic.lstrip("/") != usual and self.feed.is_name(topic)
-            self._outs[tool] = self.node.create_publisher(
-                kind, topic if is_own else usual, qos.DEFAULT
-            )
+            if topic.lstrip("/") == usual or not self.feed.is_name(topic):
+                topic = usual
+            out = self._outs.get(tool)
+            if out is not None and out.topic_name == self.node.resolve_topic_name(topic):
+                continue  # who listens knows it already
+            if out is not None:
+                self.node.destroy_publisher(out)
+            self._outs[tool] = self.node.create_publisher(kind, topic, qos.DEFAULT)
 
     def listen(self, displays: Mapping[str, Display] | None) -> None:
         """Subscribe to the topics of displays, by their keys, and to transforms; None: to none."""

@@ -103,7 +103,8 @@ def test_settings_are_read_as_rviz_writes_them(tmp_path: Path) -> None:
       {Class: rviz_default_plugins/PointCloud2, Size (m): 0.2, Color Transformer: AxisColor,
        Axis: Y},
       {Class: rviz_default_plugins/Path, Color: 1; 2; 300, Line Width: [lots]},
-      {Class: rviz_default_plugins/LaserScan, Style: Points, Size (Pixels): 3, Size (m): 0.01},
+      {Class: rviz_default_plugins/LaserScan, Style: Points, Size (Pixels): 3, Size (m): 0.01,
+       Decay Time: 10},
       {Class: rviz_default_plugins/Odometry, Covariance: {Value: true}, Shape: {Color: 1; 2; 3}},
       {Class: rviz_default_plugins/MarkerArray, Namespaces: {a: true, b: false}},
       {Class: rviz_default_plugins/Map, Topic: {Value: /map}, Color Scheme: raw}]}"""
@@ -112,7 +113,7 @@ def test_settings_are_read_as_rviz_writes_them(tmp_path: Path) -> None:
     assert (cloud.size_m, cloud.color_transformer, cloud.axis) == (0.2, "AxisColor", "Y")
     assert path.color == (1, 2, 255)  # within the bounds
     assert path.line_width == 0.04  # no number: the default
-    assert scan.size_m == 0.03  # 3 pixels are seen, 1 cm is not
+    assert (scan.size_m, scan.decay_time) == (0.03, 10.0)  # 3 pixels are seen, 1 cm is not
     assert (odometry.covariance, odometry.color) == (True, (1, 2, 3))
     assert markers.namespaces == "b"  # what a file does not name is shown
     assert a_map.color_scheme == "map"
@@ -167,16 +168,6 @@ def test_a_view_of_another_kind_is_said(tmp_path: Path) -> None:
     found = _read(tmp_path, text)
     assert found.view is None
     assert found.unsupported == ("view Current View (own/Drone)",)
-
-
-def test_points_that_should_stay_are_said(tmp_path: Path) -> None:
-    text = """Visualization Manager: {Displays: [
-      {Class: rviz_default_plugins/LaserScan, Name: a, Decay Time: 10},
-      {Class: rviz_default_plugins/LaserScan, Name: b, Decay Time: 10, Enabled: false},
-      {Class: rviz_default_plugins/PointCloud2, Name: c, Decay Time: 0}]}"""
-    found = _read(tmp_path, text)
-    assert len(found.displays) == 3
-    assert found.unsupported == ("Decay Time of a (rviz_default_plugins/LaserScan)",)
 
 
 def test_frames_are_hidden_as_the_file_says(tmp_path: Path) -> None:

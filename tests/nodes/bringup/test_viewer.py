@@ -35,6 +35,7 @@ from arjuna_core.se2 import SE2
 from bringup.viewing.browser.panel import Tool
 from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
+from bringup.viewing.displays.base import DisplaySpec
 from bringup.viewing.displays.standard import STANDARD
 from bringup.viewing.robot.robot_side import RobotSide
 from bringup.viewing.rviz_file import write_rviz
@@ -195,6 +196,18 @@ def test_the_view_is_a_file_s_and_a_button_ends_it(shown: Shown) -> None:
     assert not viewer._panel.follow.value
     viewer._look("from above", False)
     assert camera.position[2] > 2.0
+
+
+@pytest.mark.parametrize(("decay", "left"), [(0.0, [2]), (5.0, [1, 2])])
+def test_points_stay_as_long_as_they_shall(shown: Shown, decay: float, left: list[int]) -> None:
+    viewer, scene = shown.viewer, shown.viewer._scene
+    key = viewer.add(DisplaySpec("LaserScan", "s", "/s", settings={"decay_time": decay}))
+    each = viewer._shown[key]
+    for now, ranges in ((0.0, [1.0] * 3), (4.0, [1.0]), (6.0, [1.0] * 2)):
+        message = LaserScan(header=header("base_link", now), range_max=9.0, ranges=ranges)
+        viewer._show(key, each, each.display.take(message) or {}, now)
+    drawn: list[Any] = [part for (one, _), (part, _) in scene._drawn.items() if one == key]
+    assert sorted(len(part.points) for part in drawn) == left
 
 
 def test_the_view_follows_the_robot_and_clicks_with_it(shown: Shown) -> None:

@@ -347,6 +347,20 @@ def test_a_cloud_is_coloured_by_its_transformer(
     assert np.asarray(drawn.colour).tolist() == colours
 
 
+def test_an_older_cloud_is_coloured_by_a_channel() -> None:
+    points = [make(f"{GEOMETRY}/Point32", x=x, z=2.0 * x) for x in (0.0, 1.0, math.nan)]
+    channel = make(f"{SENSORS}/ChannelFloat32", name="intensity", values=[1.0, 3.0, 2.0])
+    given = {"header": header("map"), "points": points}
+    drawn = taken("PointCloud", make(f"{SENSORS}/PointCloud", **given, channels=[channel]))[""]
+    assert drawn.points.tolist() == [[0.0, 0.0, 0.0], [1.0, 0.0, 2.0]]
+    assert drawn.colour.tolist() == [RED, MAGENTA]
+    short = make(f"{SENSORS}/ChannelFloat32", name="intensity", values=[1.0])
+    with pytest.raises(ValueError, match="a cloud of 3 points has channels of another length"):
+        taken("PointCloud", make(f"{SENSORS}/PointCloud", **given, channels=[short]))
+    empty = make(f"{SENSORS}/PointCloud", header=header("map"))
+    assert len(taken("PointCloud", empty)[""].points) == 0
+
+
 def test_points_that_are_not_finite_are_left_out_with_their_colours() -> None:
     drawn = taken("PointCloud2", cloud(*ROWS, (math.nan, 0.0, 0.0, 9.0)))[""]
     assert (len(drawn.points), len(drawn.colour)) == (3, 3)
