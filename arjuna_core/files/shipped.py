@@ -30,3 +30,13 @@ def found_or_shipped(name: str) -> str:
 def environment_folders(name: str) -> list[Path]:
     """Return the folders that a variable of the environment lists."""
     return [Path(folder) for folder in os.environ.get(name, "").split(os.pathsep) if folder]
+
+
+def package_file(package: str, named: str) -> Path | None:
+    """Return a file of an installed package's share, or a link there; None where there is none."""
+    inside = Path(package).name == package and not Path(named).is_absolute()
+    if not package or not inside or ".." in Path(named).parts:
+        return None
+    folders = environment_folders("AMENT_PREFIX_PATH")
+    files = (folder / "share" / package / named for folder in folders)
+    return next((file for file in files if file.is_file()), None)

@@ -12,7 +12,7 @@ from typing import Any
 from arjuna_core.errors import InputFileError, nearest
 from arjuna_core.files.input_file import read_bytes
 from arjuna_core.files.maps_folder import MapsFolderError, path_in_folder
-from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.shipped import package_file, shipped_file
 from arjuna_core.files.xml_text import parse_xml
 from arjuna_nav.trees import actions, conditions, controls, decorators, replanning, servers
 from arjuna_nav.trees.blackboard import Blackboard, TreeError
@@ -185,14 +185,15 @@ class _Trees:
                     self.own.append(name)
 
     def _include(self, element: Any, where: str, folder: Path) -> None:
-        """Take an included file's trees; of another package, a shipped one by the file's name."""
-        named = element.get("path", "")
+        """Take an included file's trees; of a package of Nav2's that is not here, a shipped one."""
+        named, package = element.get("path", ""), element.get("ros_pkg", "")
+        installed = package_file(package, named)
         try:
-            path = path_in_folder(folder, named)
+            path = installed or path_in_folder(folder, named)
         except MapsFolderError as error:
             raise TreeError(f"{where}: <include path='{named}'>: {error}") from error
         shipped = shipped_file("behavior_trees") / path.name
-        if element.get("ros_pkg") and shipped.is_file():
+        if package.startswith("nav2_") and installed is None and shipped.is_file():
             path = shipped
         path = path.resolve()
         if path in self.files or path == Path(self.where).resolve():

@@ -123,6 +123,24 @@ def test_a_file_of_another_package_is_the_shipped_one(tmp_path: Path) -> None:
     assert len(read_tree(tmp_path / "main.xml").topics) == 4
 
 
+def test_a_file_of_ones_own_package_is_that_of_its_share(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    share = tmp_path / "install" / "share" / "my_robot" / "trees"
+    share.mkdir(parents=True)
+    monkeypatch.setenv("AMENT_PREFIX_PATH", str(tmp_path / "install"))
+    name = "navigate_to_pose.xml"  # as one of the shipped ones
+    text = "<root>" + _tree("NavigateToPose", "<AlwaysFailure/>") + "</root>"
+    (tmp_path / name).write_text(text, encoding="utf-8")
+    (share / name).symlink_to(tmp_path / name)  # as colcon's --symlink-install does
+    (tmp_path / "main.xml").write_text(
+        "<root main_tree_to_execute='NavigateToPose'>"
+        f"<include ros_pkg='my_robot' path='trees/{name}'/></root>",
+        encoding="utf-8",
+    )
+    assert read_tree(tmp_path / "main.xml").tick(TreeState(0.0))[0] is Status.FAILURE
+
+
 def test_included_files_are_bounded(tmp_path: Path) -> None:
     for k in range(30):
         text = f"<root><include path='{k + 1}.xml'/>" + _tree(f"T{k}", "<Wait/>") + "</root>"

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from dwb_msgs.msg import LocalPlanEvaluation
+from geometry_msgs.msg import PointStamped
 from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
@@ -125,13 +126,14 @@ def test_a_pose_may_be_as_old_as_the_controllers_tolerance(tolerance: float, say
 
 
 def test_odometry_is_averaged_over_its_duration() -> None:
-    def first_speeds(**parameters: Any) -> list[float]:
+    def lookaheads(**parameters: Any) -> list[float]:
         robot = made(**parameters)
-        goal = follow(robot)
+        shown = robot.bench.collect(PointStamped, "/lookahead_point")
+        follow(robot)
         robot.run(0.6)
         robot.close()
-        return [each.speed for each in goal.feedback]
+        return [each.point.x for each in shown]
 
-    newest, mean = first_speeds(), first_speeds(odom_duration=0.5)
-    assert mean[3] < 0.2 < newest[3]
-    assert newest[-1] == pytest.approx(0.4, abs=0.01)
+    newest, mean = lookaheads(), lookaheads(odom_duration=0.5)
+    assert mean[4] < newest[4] - 0.1
+    assert newest[-1] == pytest.approx(0.6, abs=0.02)  # 1.5 s of the speed
