@@ -32,6 +32,8 @@ from arjuna_nav.nodes.costmap.messages import costmap_raw_msg, points_from_polyg
 from arjuna_nav.nodes.costmap.output import CostmapOutput, FilterOutput
 from arjuna_nav.nodes.frames import pose_in, robot_pose
 
+_NOT_DUE = "no update was due yet"
+
 
 class CostmapServices:
     """Offers Nav2's services, and those that nav2_simple_commander calls by other names.
@@ -118,7 +120,12 @@ class CostmapNode(ManagedNode):
         return next(map(absolute, self.config.scan_topics.values()), "")
 
     def current(self, timeout: float) -> Costmap | None:
-        """Return the costs, or None if they were not updated within a timeout [s]."""
+        """Return the costs, or None if they were not updated within a timeout [s].
+
+        A costmap slower than that is current until its next update is overdue, as Nav2's.
+        """
+        if self._problem == _NOT_DUE:
+            timeout = max(timeout, 1.5 / self.config.update_frequency)
         if not self.active or self.now - self._updated_at > timeout:
             return None
         return self.layered.costmap
@@ -153,7 +160,7 @@ class CostmapNode(ManagedNode):
         self.layered.group.start(self.now)
         self._updated_at = -np.inf
         self._output.reset()
-        self._problem = "no update was due yet"
+        self._problem = _NOT_DUE
         self._pose_due = self.now + (self.config.initial_transform_timeout or np.inf)
 
     def on_time_jump(self) -> None:
@@ -198,4 +205,4 @@ class CostmapNode(ManagedNode):
         self._warned = warnings
         self._problem = self.layered.group.problem(self.now)
         if not self._problem:
-            self._updated_at, self._problem = self.now, "no update was due yet"
+            self._updated_at, self._problem = self.now, _NOT_DUE

@@ -188,6 +188,20 @@ def test_a_scanner_that_falls_silent_makes_the_costmap_outdated() -> None:
     assert node.current(0.3) is not None
 
 
+def test_a_costmap_slower_than_its_reader_asks_is_current_until_it_is_overdue() -> None:
+    robot = PlayedRobot({f"{GLOBAL}/{GLOBAL}": {"update_frequency": 0.4}})
+    robot.bring_up(GLOBAL_COSTMAP)
+    robot.send_map(robot.world)
+    robot.run(4.0)
+    node = robot.nodes[f"{GLOBAL}/{GLOBAL}"]
+    for _ in range(6):
+        assert node.current(1.0) is not None, node.why_not_current()
+        robot.run(0.5)
+    robot.localized = False
+    robot.run(4.0)
+    assert node.current(1.0) is None
+
+
 @pytest.mark.parametrize(("topic", "count"), [("front/scan", 1), ("scan", 0)])
 def test_a_costmap_that_gets_no_scan_says_so_once_and_where_scans_are(
     topic: str, count: int, capfd: pytest.CaptureFixture[str]
