@@ -10,6 +10,7 @@ from pathlib import Path
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_text
 from bringup.ros2.errors import Ros2Error
+from bringup.ros2.verbs.remedies import remedy_of_module
 
 _DEFINES = (ast.Import, ast.ImportFrom, ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)
 
@@ -18,6 +19,9 @@ def run_file(path: Path, words: list[str]) -> None:
     """Run a file as `python FILE` does, then its `main()` if it has one that it does not call.
 
     The words are the program's own and ROS's, which rclpy reads from `sys.argv`.
+
+    Raises:
+        Ros2Error: It cannot be run, or lacks a module.
     """
     try:
         tree = ast.parse(read_text(path), str(path))
@@ -34,9 +38,13 @@ def run_file(path: Path, words: list[str]) -> None:
         )
     sys.argv = [str(path), *words]
     sys.path.insert(0, str(path.parent.resolve()))
-    names_after = runpy.run_path(str(path), run_name="__main__")
-    if wants_main:
-        names_after["main"]()
+    try:
+        names_after = runpy.run_path(str(path), run_name="__main__")
+        if wants_main:
+            names_after["main"]()
+    except ModuleNotFoundError as error:
+        cure = remedy_of_module(error.name or "")
+        raise Ros2Error(f"{path}: the module {error.name} is not installed; {cure}") from error
 
 
 def has_uncalled_main(tree: ast.Module) -> bool:

@@ -20,6 +20,7 @@ from bringup.ros2.prefix import add_prefix
 from bringup.ros2.roslaunch import commands, commands_of, is_ros1
 from bringup.ros2.translation import arguments_of, known_arguments, renamed, translated
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, module_of, remedy
+from bringup.ros2.verbs.remedies import remedy_of_module
 
 if TYPE_CHECKING:
     from launch import LaunchDescription, LaunchService
@@ -183,7 +184,7 @@ def _launched(
 def _explained(error: Exception) -> str:
     """Return what to do about an error of a launch file."""
     if isinstance(error, ModuleNotFoundError):
-        return f"'{error.name}' is not installed here; {remedy(str(error.name))}"
+        return f"'{error.name}' is not installed here; {remedy_of_module(str(error.name))}"
     if isinstance(error, KeyError) and str(error.args[0]).isupper():
         return f"export {error.args[0]}=VALUE: it is read from the environment"
     package = re.search(r"package '(\w+)' not found", str(error))

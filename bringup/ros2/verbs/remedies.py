@@ -41,6 +41,26 @@ REMEDIES = {
 """What to do instead, by the package that is not there."""
 
 
+_OF_PIP = {
+    "cv2": "opencv-contrib-python", "PIL": "pillow", "py_trees": "py-trees",
+    "serial": "pyserial", "simple_pid": "simple-pid", "skimage": "scikit-image",
+    "sklearn": "scikit-learn", "smbus": "smbus2", "usb": "pyusb", "zmq": "pyzmq",
+}  # fmt: skip
+"""What pip calls modules of other names."""
+_OF_ROS = ("_msgs", "_msg", "_srvs", "_interfaces", "_interface", "_ros", "_ros2")
+
+
+def remedy_of_module(name: str) -> str:
+    """Return what brings a module that a program of a user's imports."""
+    package = name.partition(".")[0]
+    if package in REMEDIES:
+        return REMEDIES[package]
+    if package.endswith(_OF_ROS) or package.startswith("ros2"):
+        return "put the package's sources into your workspace's src, 'colcon build' and source it"
+    pip = f"'python -m pip install {_OF_PIP.get(package, package)}' brings what pip has"
+    return f"{pip}; a package of your own: 'source install/setup.bash' first"
+
+
 def remedy_of(package: str, programs: Sequence[str]) -> str:
     """Return what to do where a package, or something of it, is not there."""
     shares = (folder / "share" for folder in environment_folders("AMENT_PREFIX_PATH"))

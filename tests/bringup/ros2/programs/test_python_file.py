@@ -44,6 +44,16 @@ def test_main_is_called_once_whether_or_not_the_file_calls_it(
         ),
         ("", "defines nothing and calls none of it"),
         ("def main(:\n", "is no Python: "),
+        (
+            "import nowhere.at_all\nprint()",
+            "the module nowhere is not installed; 'python -m pip install now",
+        ),
+        ("def main():\n    import sklearnx", "pip install sklearnx'"),
+        (
+            "import some_robot_msgs.msg\nprint()",
+            "some_robot_msgs is not installed; put the package's source",
+        ),
+        ("import rqt_plot\nprint()", "rqt_plot is not installed; 'arjuna view' has plots"),
         (None, "cannot be read: No such file"),
     ],
 )
