@@ -38,7 +38,7 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
 _CLASSIC, _OF_WORLDS, _EMPTY = "gazebo_msgs", "ros_gz_interfaces", "std_srvs/srv/Empty"
-_PERIODS = 1.0, 0.05  # of looking for clients, and of polling for requests [s]
+_PERIODS = 0.2, 0.05  # of looking for clients, and of polling for requests [s]
 
 
 class GazeboServices:
@@ -46,6 +46,7 @@ class GazeboServices:
 
     Attributes:
         bridged: What answers those of ros_gz_interfaces, by their types.
+        classic: What answers Gazebo classic's of gazebo_msgs, by their names.
         plain: What answers Gazebo classic's of std_srvs/srv/Empty, by their names.
     """
 
@@ -62,6 +63,13 @@ class GazeboServices:
             "SetEntityPose": self._set_pose,
             "ControlWorld": self._control,
         }
+        self.classic: dict[str, Callable[[Any, Any], Any]] = {
+            "spawn_entity": self._spawn,
+            "delete_entity": self._delete,
+            "get_entity_state": self._get_state,
+            "set_entity_state": self._set_state,
+            "get_model_list": self._list,
+        }
         self.plain: dict[str, Callable[[], str]] = {
             "reset_simulation": lambda: self._reset(ResetSimulation.Request.SCOPE_ALL),
             "reset_world": lambda: self._reset(ResetSimulation.Request.SCOPE_STATE),
@@ -72,7 +80,6 @@ class GazeboServices:
         self._executor: EventsExecutor | None = None
         self._timers: list[Any] = []
         self._known_services: set[tuple[str, str]] = set()
-        self._is_classic = False  # whether gazebo_msgs' are served
         self._answered = 0
         if node.transport is None:  # else there are no clients but those of this process
             self._every(_PERIODS[0], self._look)
@@ -82,19 +89,6 @@ class GazeboServices:
         """Call a function in a period [s] of the wall's clock."""
         clock = Clock(clock_type=ClockType.STEADY_TIME)
         self._timers.append(self._node.create_timer(period, then, clock=clock))
-
-    def services(self) -> list[tuple[Any, str, Callable[[Any, Any], Any]]]:
-        """Return the types and names, and what answers them."""
-        from gazebo_msgs import srv  # few clients need them, and all starts would wait
-
-        found = [
-            (srv.SpawnEntity, "spawn_entity", self._spawn),
-            (srv.DeleteEntity, "delete_entity", self._delete),
-            (srv.GetEntityState, "get_entity_state", self._get_state),
-            (srv.SetEntityState, "set_entity_state", self._set_state),
-            (srv.GetModelList, "get_model_list", self._list),
-        ]
-        return [(kind, f"{space}{name}", a) for kind, name, a in found for space in ("", "gazebo/")]
 
     def destroy(self) -> None:
         """Leave the graph."""
@@ -107,20 +101,24 @@ class GazeboServices:
             self._own = None
 
     def _look(self) -> None:
-        """Serve what there are clients of, and is not served yet."""
+        """Serve what there are clients of, and is not served yet.
+
+        No more than that: ten services at once reach a client by Fast DDS' next heartbeat alone,
+        3 s later, when programs that wait for a second or two have given up.
+        """
         for name, kind in sorted(self._wanted() - self._known_services):
             if (answer := self._answer_of(name, kind)) is not None:
                 self._serve([(class_of(kind), name, answer)])
-            elif kind.startswith(_CLASSIC) and not self._is_classic:
-                self._is_classic = True
-                self._serve(self.services())
             self._known_services.add((name, kind))
 
     def _answer_of(self, name: str, kind: str) -> Callable[[Any, Any], Any] | None:
         package, _, short = kind.split("/")
         if package == _OF_WORLDS:
             return self.bridged.get(short)
-        do = self.plain.get(name.rpartition("/")[2]) if kind == _EMPTY else None
+        last = name.rpartition("/")[2]
+        if package == _CLASSIC:
+            return self.classic.get(last)
+        do = self.plain.get(last) if kind == _EMPTY else None
         return None if do is None else lambda request, response: self._plainly(do, response)
 
     def _wanted(self) -> set[tuple[str, str]]:

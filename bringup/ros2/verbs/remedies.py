@@ -49,11 +49,15 @@ PIP = {
     "PIL": "pillow",
     "RPi": "RPi.GPIO",
     "cv2": "opencv-python",
+    "py_trees": "py-trees",
     "serial": "pyserial",
+    "simple_pid": "simple-pid",
     "skimage": "scikit-image",
     "sklearn": "scikit-learn",
+    "smbus": "smbus2",
     "usb": "pyusb",
     "yaml": "pyyaml",
+    "zmq": "pyzmq",
 }
 """Names by which pip knows modules of other names."""
 _MESSAGES = re.compile(r"\w+_(msgs|interfaces?|srvs|actions)")

@@ -29,10 +29,12 @@ CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass
 def ask(bench: RosBench) -> Any:
     sim = start_in(bench)
     (gazebo,) = sim.kept(GazeboServices)
-    answers = {name: (kind, answer) for kind, name, answer in gazebo.services()}
 
     def call(service: str, /, **fields: Any) -> Any:
-        kind, answer = answers[service]
+        short = service.rpartition("/")[2].title().replace("_", "")
+        answer = gazebo._answer_of(f"/{service}", f"gazebo_msgs/srv/{short}")
+        assert answer is not None
+        kind = getattr(srv, short)
         return answer(kind.Request(**fields), kind.Response())
 
     return call
@@ -166,3 +168,25 @@ def test_gazebo_classic_s_plain_services_hold_and_reset_the_world(bench: RosBenc
         ask_plainly(name)
         assert sim.simulator.time == time
     assert gazebo._answer_of("/clear", "std_srvs/srv/Empty") is None
+
+
+def test_only_what_clients_ask_for_is_served_and_once(
+    bench: RosBench, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    (gazebo,) = start_in(bench).kept(GazeboServices)
+    served: list[tuple[str, str]] = []
+    kinds = {
+        "/spawn_entity": "gazebo_msgs/srv/SpawnEntity",
+        "/robot1/get_model_list": "gazebo_msgs/srv/GetModelList",
+        "/get_link_state": "gazebo_msgs/srv/GetLinkState",
+        "/delete_entity": "other_msgs/srv/DeleteEntity",
+    }
+    monkeypatch.setattr(gazebo, "_wanted", lambda: set(kinds.items()))
+    monkeypatch.setattr(
+        gazebo,
+        "_serve",
+        lambda some: served.extend((kind.__name__, name) for kind, name, _ in some),
+    )
+    gazebo._look()
+    gazebo._look()
+    assert served == [("GetModelList", "/robot1/get_model_list"), ("SpawnEntity", "/spawn_entity")]
