@@ -84,7 +84,7 @@ def test_its_options_are_the_view_s(
     ("module", "remedy"),
     [
         ("cv9", "'pip install cv9' may bring it; of your own: 'source install/setup.bash'"),
-        ("turtlesim.msg", "'arjuna sim' is the robot here"),
+        ("rqt_plot", "'arjuna view' has plots"),
         ("somebodys_msgs.msg", "'arjuna messages FOLDER'"),
         ("json.wibble", "'json' has no such part"),
     ],
