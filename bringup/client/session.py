@@ -18,6 +18,8 @@ from arjuna_core.ros.context import new_context
 
 POLL = 0.02
 """From one look at whether something is done to the next [s]."""
+_INTERRUPTED: list[Executor] = []
+"""Executors into which Ctrl-C came: one that was adding entities ends the process when deleted."""
 
 
 class ClientError(ArjunaError):
@@ -210,7 +212,11 @@ class Connection(Session):
 
     def spin_once(self, timeout: float = POLL) -> None:
         """Handle what comes next, within a timeout [s]."""
-        self._executor.spin_once(timeout_sec=timeout)
+        try:
+            self._executor.spin_once(timeout_sec=timeout)
+        except KeyboardInterrupt:
+            _INTERRUPTED.append(self._executor)
+            raise
 
     def close(self) -> None:
         """Leave the graph."""
