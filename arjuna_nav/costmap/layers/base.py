@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Any, ClassVar, Protocol, TypeVar
+from typing import Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,7 +84,7 @@ class Master:
         return IDENTITY if frame_id in ("", own) else self.transform(own, frame_id)
 
 
-class Layer(Protocol):
+class Layer:
     """A layer of a costmap; one of a user's own derives from it and writes what differs.
 
     Attributes:
