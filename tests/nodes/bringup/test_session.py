@@ -19,7 +19,7 @@ def interrupt(number, frame):
 def run(delay):
     session = Connection("interrupted", parameter_services=True)
     for k in range(5):
-        session.client.create_subscription(String, f"topic_{k}", print, 10)
+        session.client.create_subscription(String, f"topic_{k}", lambda message: None, 10)
     signal.signal(signal.SIGALRM, interrupt)
     signal.setitimer(signal.ITIMER_REAL, delay)
     try:
