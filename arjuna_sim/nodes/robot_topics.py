@@ -212,7 +212,11 @@ class RobotTopics:
         """Return odometry that began at the robot's pose in the world, where it was put."""
         if self._T_world_start is None:
             self._T_world_start = pose @ estimate.T_odom_base.inverse()
-        return estimate._replace(T_odom_base=self._T_world_start @ estimate.T_odom_base)
+        turn = SE2(theta=self._T_world_start.theta).matrix()
+        return estimate._replace(
+            T_odom_base=self._T_world_start @ estimate.T_odom_base,
+            covariance=turn @ estimate.covariance @ turn.T,
+        )
 
     def _publish_sensors(self, observation: Observation) -> None:
         lidar, imu = self._lidar, self._imu_settings

@@ -131,6 +131,21 @@ def test_odometry_of_classic_begins_where_it_is_in_the_world(
     assert odom[-1].pose.pose.position.x == pytest.approx(x, abs=1e-3)
 
 
+def test_the_uncertainty_of_odometry_lies_along_the_robot_s_way(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    """At first the distance is less sure than the heading: of one that drives along y, y is."""
+    given = {"initial_pose": {"x": 0.0, "y": -2.0, "yaw": 1.5708}, "frames_of_file": True}
+    sim = start_sim(bench, robot=_robot(tmp_path), **given)
+    odom, command = bench.collect(Odometry, "/odom"), Twist()
+    command.linear.x = 0.5
+    for _ in range(150):
+        bench.publish(Twist, "/cmd_vel", command)
+        run(bench, sim, 1)
+    covariance = odom[-1].pose.covariance
+    assert covariance[7] > 1.2 * covariance[0] > 0.0
+
+
 def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: Path) -> None:
     edit = ("<broadcastTF>1</broadcastTF>", "<broadcastTF>0</broadcastTF>")
     sim = start_sim(bench, robot=_robot(tmp_path, edit))
