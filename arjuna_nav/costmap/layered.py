@@ -178,14 +178,15 @@ class LayeredCostmap:
             for one in in_use
             if isinstance(one, InflationLayer)
         }
-        last = list(inflations.values() or [(0, clearances(0.0), 0.0)])[-1]
+        nothing = 0, clearances(0.0), 0.0
+        circumscribed_cost, distances, _ = [nothing, *inflations.values()][-1]
         self._costmap = Costmap(
             frame,
             self._composed(whole(frame.shape)),
             self._stamp,
-            last[0],
+            circumscribed_cost,
             self._master.footprint.circumscribed_radius,
-            last[1],
+            distances,
             self._master.hits,
             leaves=self._master.config.leave_obstacles,
             inflations=inflations,

@@ -122,11 +122,9 @@ class TwistMuxNode(ManagedNode):
         is_stamped = isinstance(message, TwistStamped)
         if is_stamped == self.config.use_stamped:
             return message
-        return (
-            message.twist
-            if is_stamped
-            else TwistStamped(header=header("", self.now), twist=message)
-        )
+        if is_stamped:
+            return message.twist
+        return TwistStamped(header=header("", self.now), twist=message)
 
     def _first(self) -> _Source | None:
         """Return the source that passes now."""
