@@ -17,7 +17,7 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.config import angle_param, length_param, param, share_param
 from arjuna_core.se2 import SE2
-from arjuna_slam.graph.optimizer import OptimizerStatus, optimize
+from arjuna_slam.graph.optimizer import DAMPING, OptimizerStatus, optimize
 from arjuna_slam.graph.pose_graph import Edge, PoseGraph
 
 _LOOSE_MAX, _TIGHTER = 1e3, 4.0  # how wide the robust kernel begins, and how it tightens
@@ -68,6 +68,7 @@ class BackEnd:
         self._fresh = 0
         self.running = False
         self._looseness = 1.0
+        self._damping = DAMPING
         self._poses: Floats | None = None
         self.undone = undone
 
@@ -109,11 +110,12 @@ class BackEnd:
         graph = self._graph
         result = optimize(
             self._moved(), graph.table, iterations=steps, tolerance=tolerance,
-            robust_scale=self._config.loop_robust_scale * self._looseness,
+            robust_scale=self._config.loop_robust_scale * self._looseness, damping=self._damping,
         )  # fmt: skip
-        self._poses = result.poses
+        self._poses, self._damping = result.poses, result.damping
         if result.status is OptimizerStatus.MAX_ITERATIONS and steps == _STEPS:
             return False
+        self._damping = DAMPING
         if self._looseness > 1.0:
             self._looseness = max(1.0, self._looseness / _TIGHTER)
             return False

@@ -165,6 +165,7 @@ def damp(starts: Ints, blocks: Floats, corner: Floats, damping: float) -> None:
 
 
 _DAMPING_MIN, _DAMPING_MAX = 1e-10, 1e8  # no damping, no step: beyond either nothing changes
+DAMPING = 1e-8  # with which an optimisation begins: a first step near to Gauss and Newton's
 
 
 class OptimizerStatus(enum.Enum):
@@ -184,6 +185,7 @@ class OptimizerResult:
     # cost before the first and after each accepted step: the edges' robust chi2
     trace: tuple[float, ...]
     weights: Floats  # robust weight (0..1) of each edge at the end, `(E,) float64`
+    damping: float = DAMPING  # with which the next step would be tried
 
 
 class _Problem:
@@ -229,6 +231,7 @@ def optimize(
     robust_scale: float | None = None,
     iterations: int = 30,
     tolerance: float = 1e-6,
+    damping: float = DAMPING,
 ) -> OptimizerResult:
     """Return the poses of least cost, from a start `(N, 3)` [m, m, rad] of which the first is held.
 
@@ -236,13 +239,14 @@ def optimize(
         edges: The measurements; they must connect all nodes.
         robust_scale: Scale of the Cauchy kernel on loop edges, in deviations; None for none.
         tolerance: Relative decrease of the cost below which it has converged.
+        damping: That of the result to go on from, where its iterations were used up.
     """
     poses = poses.copy()
     if not len(edges) or len(poses) < 2:
         return OptimizerResult(OptimizerStatus.CONVERGED, poses, (0.0,), np.ones(len(edges)))
     problem = _Problem(len(poses), edges, robust_scale)
     cost, weight = problem.evaluate(poses)
-    trace, damping, status = [cost], 1e-8, OptimizerStatus.MAX_ITERATIONS
+    trace, status = [cost], OptimizerStatus.MAX_ITERATIONS
     for _ in range(iterations):
         trial = problem.step(poses, weight, damping)
         trial_cost, trial_weight = problem.evaluate(trial)
@@ -262,4 +266,4 @@ def optimize(
         if done:
             status = OptimizerStatus.CONVERGED
             break
-    return OptimizerResult(status, poses, tuple(trace), weight)
+    return OptimizerResult(status, poses, tuple(trace), weight, damping)

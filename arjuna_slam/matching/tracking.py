@@ -15,6 +15,7 @@ from arjuna_slam.matching.field import Field
 from arjuna_slam.matching.scan_matcher import Match, MatcherConfig, MatchStatus, ScanMatcher, invert
 from arjuna_slam.matching.surface import Surface
 
+_SURE = 0.5  # response from which a pose is not searched for farther off
 _STRETCHED = 0.03  # deviation of the factor on odometry's distances before any was measured
 
 
@@ -196,13 +197,15 @@ class Tracker:
     ) -> Match:
         if not search:
             tracked = self._matcher.track(reference, surface, prior, information)
-            if tracked.status in (MatchStatus.MATCHED, MatchStatus.TOO_FEW_POINTS):
+            sure = tracked.status is MatchStatus.MATCHED and tracked.response >= _SURE
+            if sure or tracked.status is MatchStatus.TOO_FEW_POINTS:
                 return tracked
         window, least = self._config.window, self._config.match_minimum_response
         best = self._matcher.match(reference, surface, prior, window, least, information)
         widest = 0.5 * self._config.widest_search_space_dimension
-        while best.response < 0.5 and 0.0 < window.xy <= 0.5 * widest:
-            window = replace(window, xy=2.0 * window.xy)
+        while best.response < _SURE and 0.0 < window.xy <= 0.5 * widest:
+            farther = 4.0 * window.distance_penalty  # a slip is no less likely for its length
+            window = replace(window, xy=2.0 * window.xy, distance_penalty=farther)
             found = self._matcher.match(reference, surface, prior, window, least, information)
             best = found if found.response > best.response else best
         return best

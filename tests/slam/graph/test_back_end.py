@@ -39,6 +39,7 @@ class Scripted:
         robust_scale: float,
         iterations: int,
         tolerance: float,
+        damping: float,
     ) -> OptimizerResult:
         self.starts.append(poses.copy())
         self.hows.append((iterations, tolerance))
@@ -93,6 +94,22 @@ def test_a_closure_that_is_far_off_is_not_kept_waiting(off: SE2, urgent: bool) -
     work.add(edges)
     assert bool(work.running) is urgent
     assert graph.edges[-2:] == edges
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_a_graph_bent_out_of_shape_comes_to_rest(seed: int) -> None:
+    """No first step of it descends: the damping grows from one call to the next."""
+    rng, count = np.random.default_rng(seed), 12
+    graph, step = PoseGraph(), SE2(1.0, 0.0, 2.0 * math.pi / count)
+    for k in range(count):
+        graph.add_node(SE2.from_array(rng.uniform((-5.0, -5.0, -3.0), (5.0, 5.0, 3.0))))
+        if k:
+            graph.add_edge(Edge(k - 1, k, step, 100.0 * np.eye(3), EdgeKind.ODOMETRY))
+    work = BackEnd(BackEndConfig(), graph)
+    work.add([Edge(count - 1, 0, step, 100.0 * np.eye(3), EdgeKind.LOOP)])
+    for _ in range(60):
+        work.advance()
+    assert not work.running
 
 
 @pytest.mark.parametrize(("count", "waits"), [(60, 23), (100, 24), (101, 25)])

@@ -157,12 +157,13 @@ class Scripted(ScanMatcher):
     status: MatchStatus = MatchStatus.MATCHED
     known: Floats = field(default_factory=lambda: KNOWN)
     responses: tuple[float, ...] = (0.6,)  # of its searches; the last one's of all others
+    response: float = 0.5  # of what it tracks
     tracked: list[Any] = field(default_factory=list)
     searched: list[Any] = field(default_factory=list)
 
     def track(self, *how: Any) -> Match:
         self.tracked.append(how)
-        return Match(self.status, how[2] @ SE2(0.01), self.known, 0.5)
+        return Match(self.status, how[2] @ SE2(0.01), self.known, self.response)
 
     def match(self, *how: Any) -> Match:
         response = self.responses[min(len(self.searched), len(self.responses) - 1)]
@@ -171,19 +172,21 @@ class Scripted(ScanMatcher):
 
 
 @pytest.mark.parametrize(
-    ("search", "status", "asked"),
+    ("search", "status", "response", "asked"),
     [
-        (False, MatchStatus.MATCHED, (1, 0)),
-        (False, MatchStatus.TOO_FEW_POINTS, (1, 0)),
-        (False, MatchStatus.LOW_RESPONSE, (1, 1)),
-        (False, MatchStatus.NOT_CONVERGED, (1, 1)),
-        (True, MatchStatus.MATCHED, (0, 1)),
+        (False, MatchStatus.MATCHED, 0.5, (1, 0)),
+        (False, MatchStatus.MATCHED, 0.4, (1, 1)),
+        (False, MatchStatus.TOO_FEW_POINTS, 0.0, (1, 0)),
+        (False, MatchStatus.LOW_RESPONSE, 0.2, (1, 1)),
+        (False, MatchStatus.NOT_CONVERGED, 0.6, (1, 1)),
+        (True, MatchStatus.MATCHED, 0.5, (0, 1)),
     ],
 )
 def test_a_scan_is_searched_where_it_is_due_or_tracking_fails(
-    search: bool, status: MatchStatus, asked: tuple[int, int]
+    search: bool, status: MatchStatus, response: float, asked: tuple[int, int]
 ) -> None:
-    scripted, reference, last = Scripted(status), Field(0.05, 0.05), SE2(2.0, 1.0, math.pi / 2)
+    scripted, reference = Scripted(status, response=response), Field(0.05, 0.05)
+    last = SE2(2.0, 1.0, math.pi / 2)
     tracker = Tracker(TrackerConfig(), scripted)
     information = np.linalg.inv(KNOWN)
     match = tracker.locate(reference, NOTHING, last, SE2(0.5), information, search)
@@ -218,6 +221,8 @@ def test_what_matches_badly_is_searched_for_farther_away(
     tracker = Tracker(config, scripted)
     match = tracker.locate(Field(0.05, 0.05), NOTHING, SE2(), SE2(), np.linalg.inv(KNOWN), True)
     assert [how[3].xy for how in scripted.searched] == pytest.approx(searched)
+    penalties = [0.25 * 4.0**k for k in range(len(searched))]
+    assert [how[3].distance_penalty for how in scripted.searched] == pytest.approx(penalties)
     assert match.response == best
 
 
