@@ -141,9 +141,10 @@ class ParticleFilter:
         if left is not None:
             self.belief.seed([left], SEED_COVARIANCE)
             return left
-        scores = np.array([score for _, score in found])
+        scores = np.array([self._matcher.explained(pose, view) for pose, _ in found])
         behind = np.minimum(0.0, view.returned * (scores - scores.max()) + _INDIFFERENT)
-        tied = (behind == 0.0) & (scores >= self._config.relocalize_agreement) & matches
+        agreeing = np.array([score for _, score in found]) >= self._config.relocalize_agreement
+        tied = (behind == 0.0) & agreeing & matches
         evidence = self._config.relocalize_evidence * behind * matches
         shares = self.belief.shift(np.exp(evidence), tied)
         k = int(np.argmax(shares))
@@ -182,10 +183,13 @@ class ParticleFilter:
             return mean, self._matcher.agreement(mean, view)
         deviations = np.sqrt(cluster.covariance.diagonal())
         pose, matched = self._matcher.best_near(mean, view, deviations)
-        if matched < self._config.relocalize_doubt and max(deviations[:2]) > _WIDE:
+        unlikely = max(matched, score) < self._config.relocalize_doubt
+        if unlikely and max(deviations[:2]) > _WIDE:
             pose, matched = self._best_within(cluster, view, pose, matched)
-        if kept is not None and view.returned * (matched - score) <= _INDIFFERENT:
-            return kept, score
+        if kept is not None:
+            gain = self._matcher.explained(pose, view) - self._matcher.explained(kept, view)
+            if view.returned * min(gain, matched - score) <= _INDIFFERENT:
+                return kept, score
         return pose, matched
 
     def _best_within(

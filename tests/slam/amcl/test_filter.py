@@ -401,6 +401,27 @@ def test_where_all_lies_in_the_unknown_the_robot_goes_where_odometry_leads() -> 
         assert k == 0 or estimate.status is Status.BLIND
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_no_stray_particle_takes_the_pose_that_explains_the_scan(seed: int) -> None:
+    """Steps of a metre scatter the particles, and where the map ends nothing contradicts them."""
+    margin, small = 200, ROOM.frame
+    half = ROOM.data.copy()
+    half[len(half) // 2 :] = UNKNOWN
+    data = np.pad(half, margin, constant_values=UNKNOWN)
+    around = SE2(-margin * small.resolution, -margin * small.resolution)
+    wide = GridFrame(small.resolution, data.shape[1], data.shape[0], small.origin @ around)
+    some = ParticleFilter(DEFAULTS, OccupancyGrid(wide, data), np.random.default_rng(seed))
+    some.set_pose(SE2(-2.0, -0.5, 0.0), TIGHT)
+    for k in range(6):
+        pose = SE2(-2.0, -0.5, 0.0) @ SE2(0.3 * k, 0.1 * k, 0.2 * k)
+        scan = scan_at(pose, 1.0 * k, np.random.default_rng(k))
+        crowd = np.where(np.arange(len(scan.ranges)) % 60 < 30, 0.7, 1.0)
+        estimate = some.update(pose, replace(scan, ranges=crowd * scan.ranges), force=True)
+        assert estimate is not None
+        assert estimate.T_map_base.distance(pose) < 0.1
+        some.belief.spread(pose, np.diag([4.0, 4.0, 2.0]))
+
+
 @pytest.mark.parametrize(("beams", "moves"), [(24, False), (180, True)])
 def test_a_pose_that_fits_a_beam_or_two_better_is_not_taken_for_them(
     monkeypatch: pytest.MonkeyPatch, beams: int, moves: bool
@@ -409,6 +430,7 @@ def test_a_pose_that_fits_a_beam_or_two_better_is_not_taken_for_them(
     some, odometry = started()
     elsewhere = START @ SE2(0.1, 0.1, 0.1)
     monkeypatch.setattr(some._matcher, "agreement", lambda *_: 0.8)
+    monkeypatch.setattr(some._matcher, "explained", lambda at, _: 0.9 if at == elsewhere else 0.8)
     monkeypatch.setattr(some._matcher, "best_near", lambda *_: (elsewhere, 0.9))
     scan = seen(START, 0.1)
     ranges = np.where(np.arange(360) < 2 * beams, scan.ranges, np.inf)
