@@ -171,9 +171,25 @@ class ScanMatcher:
         if found is None:
             return tracked
         match = self._refine(field, surface, found[0], prior, information)
+        if not self._outweighs(match, tracked, prior, information, len(surface)):
+            return tracked
         if tracked.status is not MatchStatus.MATCHED:
             return match
         return match if match.response > tracked.response + gain else tracked
+
+    def _outweighs(
+        self, match: Match, tracked: Match, prior: SE2, information: Floats, count: int
+    ) -> bool:
+        """Return whether the points that a searched pose gains speak louder than its prior.
+
+        Of a wall's end, some points fit at other poses as well; slips are rare, not impossible.
+        """
+        gap = match.T_field_base.array() - prior.array()
+        gap[2] = wrap(gap[2])
+        doubted, of_point = 3.0, 3.0  # deviations as of loops; log ratio of a point that fits
+        unlikely = math.log1p(float(gap @ information @ gap) / doubted**2)
+        gain = max(0.0, match.response - tracked.response)
+        return of_point * gain * count / self._config.beam_correlation >= unlikely
 
     def _refine(
         self, field: Field, surface: Surface, start: SE2, prior: SE2, information: Floats

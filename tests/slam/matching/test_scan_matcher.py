@@ -199,6 +199,24 @@ def test_the_better_of_the_tracked_and_the_found_pose_is_taken(
         np.testing.assert_allclose(match.covariance, np.eye(3))
 
 
+@pytest.mark.parametrize(
+    ("count", "deviation", "gained", "moves"),
+    [
+        (16, 0.05, 0.2, False),  # some points of a wall's end, 0.9 m from where the wheels led
+        (320, 0.05, 0.2, True),
+        (16, 0.5, 0.2, True),
+        (320, 0.05, 0.03, False),
+    ],
+)
+def test_a_few_points_more_do_not_outweigh_the_prior(
+    count: int, deviation: float, gained: float, moves: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    found, known = PRIOR @ SE2(0.9), np.diag([deviation**-2, deviation**-2, 100.0])
+    matcher = Scripted((GOOD, (0.6 + gained, 5)), found).take_over(monkeypatch)
+    match = matcher.match(FIELD, surface(count), PRIOR, WINDOW, 0.4, known)
+    assert (match.response > 0.6) is moves
+
+
 @pytest.mark.parametrize(("count", "every"), [(10, 1), (360, 1), (361, 2), (721, 3)])
 def test_the_search_scores_some_points_and_the_refinement_all(
     count: int, every: int, monkeypatch: pytest.MonkeyPatch
