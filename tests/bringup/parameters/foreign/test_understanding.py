@@ -124,7 +124,7 @@ def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
         (LOCAL, {"inscribed_obstacle_cost_value": 1}, Kind.NOT_NEEDED, "of Nav2 after Jazzy"),
         (LOCAL, {f"{CLOUD}.transport_type": "raw"}, Kind.NOT_NEEDED, "are taken uncompressed"),
         (LOCAL, {f"{CLOUD}.transport_type": "zstd"}, Kind.NO_EFFECT, "SAFETY.*uncompressed"),
-        (LOCAL, {"plugin_types": []}, Kind.NO_EFFECT, "before Foxy: each plug-in has its class as"),
+        (LOCAL, {"plugin_types": []}, Kind.NO_EFFECT, "before Foxy, without as many names as"),
         (LOCAL, {"footprint": "[[front_left], [rear]]"}, Kind.NO_EFFECT, "a launch file fills"),
         ("planner_server", {"planner_plugin_ids": []}, Kind.NO_EFFECT, "of Nav2 before Foxy"),
         ("docking_server", {f"{DOCK}.dock_direction": "back"}, Kind.NO_EFFECT, "dock_backwards"),
