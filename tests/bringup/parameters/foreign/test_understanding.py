@@ -353,6 +353,23 @@ def test_a_deceleration_of_the_wrong_sign_is_turned(axis: str) -> None:
     assert f"{key}: 2.5 would slow nothing down: -2.5 holds" in str(found.remarks[-1])
 
 
+@pytest.mark.parametrize(
+    ("given", "holds", "told"),
+    [
+        ({"max_accel": [3.0, 2.0, 3.0]}, (-2.5, -2.0, -3.2), 1),  # Nav2's default has 0 for y
+        ({"max_accel": [3.0, 2.0, 3.0], "max_decel": [0.0, -1.0, -3.0]}, (-3.0, -1.0, -3.0), 1),
+        ({"max_accel": [2.5, 0.0, 3.2]}, (-2.5, 0.0, -3.2), 0),
+    ],
+)
+def test_a_smoother_brakes_what_it_accelerates(
+    given: dict[str, Any], holds: tuple[float, ...], told: int
+) -> None:
+    found = understood({"velocity_smoother": given})
+    assert tuple(value(found, "velocity_smoother", "max_decel")) == holds
+    assert str(found.remarks).count("would let what max_accel sets moving never stop") == told
+    assert [one.safety for one in found.remarks] == [True] * told
+
+
 def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:
     own: dict[str, Any] = {"w_smooth": 5e6, "cost_check_points": (-0.2, 0.0, 1.0)}
     own |= {"optimizer.max_iterations": 70, "optimizer.gradient_tol": 5e3}
