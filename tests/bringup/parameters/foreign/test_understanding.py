@@ -127,7 +127,7 @@ def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
         (LOCAL, {"plugin_types": []}, Kind.NO_EFFECT, "before Foxy, without as many names as"),
         (LOCAL, {"footprint": "[[front_left], [rear]]"}, Kind.NO_EFFECT, "a launch file fills"),
         ("planner_server", {"planner_plugin_ids": []}, Kind.NO_EFFECT, "of Nav2 before Foxy"),
-        ("docking_server", {f"{DOCK}.dock_direction": "back"}, Kind.NO_EFFECT, "dock_backwards"),
+        ("docking_server", {f"{DOCK}.rotate_to_dock": True}, Kind.NO_EFFECT, "Nav2 docks so"),
         (
             "collision_monitor",
             {**ZONE, "Near.v.steering_angle_min": 0.1},
