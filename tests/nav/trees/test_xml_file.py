@@ -175,6 +175,14 @@ def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]
 
 
+@pytest.mark.parametrize("text", ["{on}", " {on} ", "${on}"])
+def test_an_entry_stands_in_braces_and_after_a_dollar_sign_too(text: str) -> None:
+    code = f"<ToggleCollisionMonitor enable='{text}'/>"
+    tree = build_tree(root(f"<Sequence><Script code='on := false'/>{code}</Sequence>"), "t.xml")
+    _, (asked,) = tree.tick(TreeState(0.0))
+    assert asked.fields == {"enable": False}
+
+
 def test_a_port_may_say_that_its_entry_has_its_own_name() -> None:
     copy = '<SetBlackboard value="{=}" output_key="seen"/>'
     subtree = '<SubTree ID="Sub" value="{=}" seen="{=}"/>'
