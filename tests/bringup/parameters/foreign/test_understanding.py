@@ -167,7 +167,7 @@ def test_a_listed_plug_in_without_parameters_may_have_them_in_an_earlier_file() 
     assert not understood(listed).remarks
 
 
-@pytest.mark.parametrize("key", ["zebra", "static_layer.use_maximum", "stitic_lyer_in_the_map"])
+@pytest.mark.parametrize("key", ["zebra", "static_layer.zebra_width", "stitic_lyer_in_the_map"])
 def test_no_name_is_the_nearest_to_one_that_is_far_from_all(key: str) -> None:
     remark = only(understood({"global_costmap/global_costmap": {key: 1}}), Kind.UNKNOWN)
     assert remark.endswith(f"{key}: no such parameter")
@@ -343,6 +343,13 @@ def test_a_fading_layer_s_range_is_its_own() -> None:
         "seen.cloud.obstacle_range": 7.0,
     }
     assert value(understood({LOCAL: fading}), LOCAL, "seen.cloud.obstacle_range") == 7.0
+
+
+def test_a_name_that_is_too_deep_in_a_file_is_told_so() -> None:
+    key = "navigate_to_pose.default_nav_to_pose_bt_xml"
+    (remark,) = understood({"bt_navigator": {key: "mine.xml"}}).remarks
+    said = "no such parameter; 'default_nav_to_pose_bt_xml' stands higher up"
+    assert (remark.kind, remark.reason) == (Kind.UNKNOWN, said)
 
 
 @pytest.mark.parametrize("axis", ["x", "y", "theta"])
