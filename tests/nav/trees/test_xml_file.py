@@ -9,7 +9,7 @@ import pytest
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_nav.trees.blackboard import TreeError
-from arjuna_nav.trees.exchange import TreeState
+from arjuna_nav.trees.exchange import Ask, TreeState
 from arjuna_nav.trees.node import Status
 from arjuna_nav.trees.xml_file import build_tree, read_tree
 
@@ -180,6 +180,7 @@ def test_an_entry_stands_in_braces_and_after_a_dollar_sign_too(text: str) -> Non
     code = f"<ToggleCollisionMonitor enable='{text}'/>"
     tree = build_tree(root(f"<Sequence><Script code='on := false'/>{code}</Sequence>"), "t.xml")
     _, (asked,) = tree.tick(TreeState(0.0))
+    assert isinstance(asked, Ask)
     assert asked.fields == {"enable": False}
 
 
