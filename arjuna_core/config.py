@@ -171,7 +171,7 @@ def check(name: str, value: Any, hint: Any, info: ParamInfo, where: str = "") ->
 
 def _convert(name: str, value: Any, hint: Any, where: str) -> Any:
     if get_origin(hint) in (Union, types.UnionType):
-        if value is None:
+        if value is None or (type(value) is float and math.isnan(value)):  # YAML's .nan is none
             return None
         hint = next(arm for arm in get_args(hint) if arm is not type(None))
     if get_origin(hint) is tuple:

@@ -141,6 +141,11 @@ class PositionGoalConfig:
         "Distance beyond the tolerance from which it counts no more: the robot was pushed.",
         theirs=1e6,
     )
+    path_length_tolerance: float = length_param(
+        1.0,
+        "How much longer than straight the way to the goal may be, else its loop is driven first.",
+        theirs=1e6,
+    )
 
 
 class PositionGoalChecker:
@@ -154,6 +159,7 @@ class PositionGoalChecker:
     def __init__(self, config: Any) -> None:
         self._config = config
         self.xy_tolerance: float = config.xy_goal_tolerance
+        self.detour: float = config.path_length_tolerance
         self._reached = False
 
     def reset(self) -> None:

@@ -233,7 +233,8 @@ class PathFollower:
         want(self.controller, self.wanted)
         distance = paths.length(self.controller.path)
         speed = min(self.controller.desired_speed, self.speed_limit)
-        ends = paths.ends_here(self.controller.path, pose, distance)
+        detour: float = getattr(self._goal, "detour", 1.0)  # a checker of one's own has none
+        ends = paths.ends_here(self.controller.path, pose, distance, detour)
         arrives = ends or self._approach.steers(distance, speed)
         arrives = arrives and not self._escape.active and not self._cancelled
         if arrives and not self._has_driven:  # one that fails from the start has to say so

@@ -49,8 +49,9 @@ class LayeredCostmap:
         self._master = Master(config, frame, config.outline(), config.own_body(), hits)
         if transform is not None:
             self._master.transform = transform
-        names = *config.plugins, *config.filters
-        self.group = LayerGroup(config, "", self._master, names)
+        # One of both lists, as an inflation that is to spread from zones too, counts at the last.
+        backwards = dict.fromkeys(reversed((*config.plugins, *config.filters)))
+        self.group = LayerGroup(config, "", self._master, list(backwards)[::-1])
         self.layers = self.group.layers
         self._stamp = 0.0
         self._robot = np.zeros((0, 2))

@@ -50,6 +50,11 @@ class SimpleDockConfig:
     )
     staging_x_offset: float = param(-0.7, "Staging pose ahead of the dock's pose.", unit="m")
     staging_yaw_offset: float = param(0.0, "Heading of the staging pose against it.", unit="rad")
+    dock_direction: str = param(
+        "",
+        "How the robot drives into such docks; empty: as the server's dock_backwards says.",
+        choices=("", "forward", "backward"),
+    )
     use_external_detection_pose: bool = param(
         False, "Whether detected_dock_pose says where the dock is; else its pose as given."
     )
@@ -100,6 +105,11 @@ class DockType:
 
     def __init__(self, config: Any) -> None:
         self.config = config
+
+    def backs_in(self, default: bool) -> bool:
+        """Return whether the robot backs into such docks, as the server does by default."""
+        direction: str = getattr(self.config, "dock_direction", "")  # of one's own kind: none
+        return direction == "backward" if direction else default
 
     def staging_pose(self, dock: SE2) -> SE2:
         """Return where to stand before an approach, given the dock's pose."""

@@ -211,7 +211,7 @@ class Docking:
         if state.now - self._since > self._config.dock_approach_timeout:
             message = f"no contact within {self._config.dock_approach_timeout:g} s"
             raise _FailedError(DockingError.FAILED_TO_CONTROL, message)
-        self._dock, backward = state.dock, self._config.dock_backwards
+        self._dock, backward = state.dock, self._kind.backs_in(self._config.dock_backwards)
         target = docked_pose(state.dock, backward)
         ahead = (state.pose.inverse() @ target).x * (-1 if backward else 1)
         # More than 5 cm behind the docked pose, the law would turn the robot round.
@@ -241,7 +241,7 @@ class Docking:
     def _return(self, state: DockingState) -> DockingStep:
         config, staging = self._config, self._kind.staging_pose(self._dock)
         tolerances = config.undock_linear_tolerance, config.undock_angular_tolerance
-        backward = not config.dock_backwards
+        backward = not self._kind.backs_in(config.dock_backwards)
         if at_the_end(config.controller, state.pose, staging, tolerances, backward) is not None:
             return self._enter(DockingPhase.INITIAL_PERCEPTION, state.now)
         if state.now - self._since > config.dock_approach_timeout:
@@ -281,8 +281,8 @@ class Undocking:
             if self._kind.charges and not self._docked and not self._kind.is_in(state.senses):
                 return DockingStep(ended=DockingError.NONE)
         since, docked = self._start
-        backward = not self._config.dock_backwards
-        target = self._kind.staging_pose(docked_pose(docked, self._config.dock_backwards))
+        backward = not self._kind.backs_in(self._config.dock_backwards)
+        target = self._kind.staging_pose(docked_pose(docked, not backward))
         tolerances = self._config.undock_linear_tolerance, self._config.undock_angular_tolerance
         controller = self._config.controller
         last = at_the_end(controller, state.pose, target, tolerances, backward)

@@ -119,15 +119,15 @@ def remaining(path: Floats, pose: SE2) -> float:
     return length(ahead(path, pose))
 
 
-def ends_here(path: Floats, pose: SE2, remaining: float | None = None) -> bool:
+def ends_here(path: Floats, pose: SE2, remaining: float | None = None, detour: float = 1.0) -> bool:
     """Return whether a path goes to its end from here, not in a loop that leads back later.
 
     Args:
         remaining: Length of the path, where that is known [m].
+        detour: How much longer than the straight line it may be without being a loop [m].
     """
     straight = float(np.hypot(path[-1, 0] - pose.x, path[-1, 1] - pose.y))
-    # Up to 1 m longer than the straight line, a path is no loop.
-    return (length(path) if remaining is None else remaining) <= straight + 1.0
+    return (length(path) if remaining is None else remaining) <= straight + detour
 
 
 def deviation(path: Floats, other: Floats) -> float:

@@ -9,7 +9,7 @@ Source: BehaviorTree.CPP 4, TreeNode, ControlNode and DecoratorNode.
 from __future__ import annotations
 
 import enum
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
@@ -222,6 +222,10 @@ class TreeNode:
         missing = "it is not given" if text is None else f"{text} is not on the blackboard"
         raise TreeError(f"{self.name}: port '{name}': {missing}; valid: {port.kind.name}")
 
+    def fixed(self, name: str) -> Any:
+        """Return a port's value that no entry of the blackboard gives, None where one does."""
+        return self._values.get(name)
+
     def put(self, name: str, value: Any) -> None:
         """Write a port's value where the XML names an entry for it."""
         if name in self._entries:
@@ -295,6 +299,14 @@ class Tree:
         self._commands: list[Ask | Withdraw] = []
         self._changes: list[StatusChange] = []
         self._last_key = 0
+
+    def nodes(self) -> Iterator[TreeNode]:
+        """Yield all its nodes, the uppermost first."""
+        left = [self.root]
+        while left:
+            node = left.pop()
+            yield node
+            left += reversed(node.children)
 
     def ask(
         self,

@@ -135,8 +135,12 @@ class Port:
 
 
 def entry(text: str) -> str | None:
-    """Return the blackboard's entry that a port's text names, None where it is a value itself."""
+    """Return the blackboard's entry that a port's text names, None where it is a value itself.
+
+    BehaviorTree.CPP 3 takes `${entry}`, too.
+    """
     stripped = text.strip()
+    stripped = stripped.removeprefix("$") if stripped.startswith("${") else stripped
     return stripped[1:-1] if stripped.startswith("{") and stripped.endswith("}") else None
 
 

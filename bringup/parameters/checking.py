@@ -6,7 +6,6 @@ import re
 import sys
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
-from fnmatch import fnmatchcase
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -29,6 +28,7 @@ from bringup.parameters.foreign.understanding import understand
 from bringup.parameters.remarks import Checked, Kind, Remark, lines
 from bringup.parameters.robot_file import Driven, contradictions, of_robot, other_names
 from bringup.parameters.sources import as_theirs, known_keys, of_words
+from bringup.parameters.trees import lacking_for_trees, without_other_trees
 from bringup.stack import (
     GLOBAL_COSTMAP,
     LOCAL_COSTMAP,
@@ -100,7 +100,7 @@ def merged_sources(
         remarks += read.remarks
     parameters = as_theirs(parameters, meant, replaces=False)
     parameters = merged(_chained(parameters), parameters)
-    return Checked(_of_one_type(parameters), remarks, [])
+    return Checked(_of_one_type(parameters), [*remarks, *lacking_for_trees(parameters, base)], [])
 
 
 def _chained(parameters: Parameters) -> Parameters:
@@ -139,7 +139,7 @@ def checked(
     remarks += [Remark(Kind.UNKNOWN, where, _TWICE) for where in sorted(source.repeated)]
     remarks += _without_missing_masks(after, further)
     remarks += _without_missing_files(after, bool(source.lines))
-    remarks += _without_other_trees(after, problems)
+    remarks += without_other_trees(after, problems)
     problems += problems_of(
         after, [one for one in nodes if after.get(one.name) != below.get(one.name)]
     )
@@ -180,7 +180,8 @@ def check_file(path: Path, robot: str = "") -> Checked:
         groups = STACKS["nav"]
         parameters = merged(read.parameters, of_robot(read.parameters, driven, groups))
         others = other_names(parameters, driven, groups) if robot else ()
-        for one in (*contradictions(parameters, driven), *others):
+        uncalled = lacking_for_trees(read.parameters, shipped_parameters())
+        for one in (*uncalled, *contradictions(parameters, driven), *others):
             read.remarks.append(one._replace(location=locate(one.where)))
     for spec in all_nodes():
         values = for_node(read.parameters, spec.name)
@@ -263,35 +264,6 @@ def _without_missing_files(parameters: Parameters, of_file: bool) -> list[Remark
             reason = f"pieces that bend by {own[1]} m, and turns on the spot, take its place"
             where = f"planner_server: {key}"
             remarks.append(Remark(Kind.NO_EFFECT, where, f"there is no {name}: {reason}"))
-    return remarks
-
-
-def _without_other_trees(parameters: Parameters, problems: list[str]) -> list[Remark]:
-    """Leave out the behavior trees that nobody has, and those with nodes of someone's C++."""
-    from arjuna_nav.trees.blackboard import TreeError
-    from arjuna_nav.trees.files import default_tree
-    from arjuna_nav.trees.xml_file import UnknownNodeError, read_tree, with_own_nodes
-
-    remarks, values = [], parameters.get("bt_navigator", {})
-    folders = (".", *values.get("bt_search_directories", ()))
-    for key in [key for key in values if fnmatchcase(key, "default_nav_*_bt_xml") and values[key]]:
-        name, where = values[key], f"bt_navigator: {key}"
-        try:
-            path = default_tree(str(name), folders)
-        except TreeError:
-            del values[key]
-            reason = f"there is no behavior tree '{name}'; the default one runs"
-            remarks.append(Remark(Kind.UNKNOWN, where, reason))
-            continue
-        nodes, others = with_own_nodes(map(str, values.get("plugin_lib_names", ())))
-        try:
-            read_tree(path, nodes)
-        except TreeError as error:
-            if not (others and isinstance(error, UnknownNodeError)):
-                problems.append(f"{where}: {error}")
-                continue
-            del values[key]
-            remarks.append(Remark(Kind.UNKNOWN, where, f"{error}; the default tree runs"))
     return remarks
 
 

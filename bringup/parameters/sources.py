@@ -31,7 +31,9 @@ ROBOT_NAMES: dict[str, dict[str, str]] = {
     "base_frame": {
         "slam_toolbox": "base_frame",
         **dict.fromkeys(("amcl", "collision_monitor"), "base_frame_id"),
-        **dict.fromkeys((*COSTMAPS, "bt_navigator", "explorer"), "robot_base_frame"),
+        **dict.fromkeys(
+            (*COSTMAPS, "bt_navigator", "behavior_server", "explorer"), "robot_base_frame"
+        ),
         **dict.fromkeys(("docking_server", "route_server"), "base_frame"),
     },
     "odom_frame": {

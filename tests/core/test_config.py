@@ -96,6 +96,10 @@ def test_what_is_wrong_is_named_with_what_is_valid(values: dict[str, Any], messa
         load(Robot, values, "robot.yaml")
 
 
+def test_what_is_not_a_number_is_none_where_none_is_valid() -> None:
+    assert load(Robot, {"radius": float("nan")}, "r").radius is None
+
+
 def test_all_that_is_wrong_is_named_at_once() -> None:
     with pytest.raises(ConfigError, match="speed") as caught:
         load(Robot, {"speed": 3.0, "lidar": {"beam": 3, "kind": "round"}}, "r")

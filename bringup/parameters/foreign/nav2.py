@@ -137,9 +137,23 @@ def as_started(node: str, whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, 
                 Footprint.parse(value, 0.0, 0.0)
             except ConfigError as error:
                 yield key, "[]", f"{error}; robot_radius holds, as in Nav2"
+    if node == "velocity_smoother":
+        yield from _brakes(whole)
     least, most = (whole.get(key) for key in ("min_particles", "max_particles"))
     if node == "amcl" and isinstance(least, int) and isinstance(most, int) and least > most:
         yield "max_particles", least, f"{most} is below min_particles: {least} holds, as in Nav2"
+
+
+def _brakes(whole: Mapping[str, Any]) -> Iterator[tuple[str, Any, str]]:
+    """Yield a smoother's decelerations where one is 0 of what accelerates: it would never stop."""
+    speeds, slows = (whole.get(f"max_{of}") for of in ("accel", "decel"))
+    if not isinstance(speeds, (list, tuple)) or not isinstance(slows, (list, tuple)):
+        return
+    pairs = list(zip(speeds, slows, strict=False))
+    stopped = [-up if up and down == 0.0 else down for up, down in pairs]
+    if len(speeds) == len(slows) and stopped != list(slows):
+        never = f"{list(slows)} would let what max_accel sets moving never stop"
+        yield "max_decel", stopped, f"{never}: {stopped} holds"
 
 
 def _critics_as_today(values: dict[str, Any]) -> dict[str, Any]:

@@ -9,6 +9,7 @@ from typing import Any
 from arjuna_core.errors import closest
 from bringup.parameters.files import EVERY_NODE, Parameters, namespace_of, node_of
 from bringup.parameters.foreign import nav2
+from bringup.parameters.foreign.earlier import as_since_foxy
 from bringup.parameters.remarks import Kind, Remark
 from bringup.stack import NAV2_PROGRAMS, NodeSpec, program_of
 
@@ -40,7 +41,7 @@ def sections_by_node(
             remarks.append(Remark(Kind.UNKNOWN, name, reason))
             continue
         kept = found.setdefault(node, {})
-        for key, value in values.items():
+        for key, value in as_since_foxy(name, values).items():
             filled = _filled(value, namespace)
             if isinstance(filled, str) and _is_placeholder(key, filled):
                 remarks.append(Remark(Kind.NO_EFFECT, f"{node}: {key}", FILLED.format(value)))

@@ -165,7 +165,9 @@ class _Section:
         known = known or self._of_no_list(key, own) or nav2.of_key(node, key)
         known = known or self._of_another_plugin(key)
         known = known or _of_ros1(node, key)
-        kind, reason = known or (Kind.UNKNOWN, f"no such parameter{closest(key, own)}")
+        last = key.rpartition(".")[2]
+        hint = f"; '{last}' stands higher up" if last != key and last in own else closest(key, own)
+        kind, reason = known or (Kind.UNKNOWN, f"no such parameter{hint}")
         safety = kind is Kind.NO_EFFECT and nav2.is_safety(node, key)
         self.remarks.append(Remark(kind, f"{node}: {key}", reason, safety))
         return False

@@ -87,6 +87,7 @@ def test_a_simulated_robot_s_own_names_and_outline_reach_the_demo(tmp_path: Path
     parameters = gather(parse(["demo", "--robot", str(robot), "--params", str(file)]))
     assert parameters["slam_toolbox"]["base_frame"] == "chassis"
     assert parameters["explorer"]["robot_base_frame"] == "chassis"
+    assert parameters["behavior_server"]["robot_base_frame"] == "chassis"
     assert parameters["amcl"]["base_frame_id"] == "lidar_link"
     assert parameters["local_costmap/local_costmap"]["footprint"].startswith("[[0.225, -0.15]")
     assert "costmap.footprint" not in parameters["explorer"]

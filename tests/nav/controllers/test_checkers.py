@@ -215,3 +215,7 @@ def test_a_loop_is_driven_before_its_end_counts() -> None:
     assert result.state is FollowState.SUCCEEDED
     assert max(pose.y for pose in robot.trace) > 2.8
     assert robot.pose.distance(SE2(1.05, 1.05)) < 0.02
+    values = {"arrival.enabled": False, "general_goal_checker.path_length_tolerance": 1e6}
+    follower = PathFollower(load(FollowerConfig, values), Footprint.circle(0.25))
+    follower.start(polyline(corners, 0.0), 0.0)  # as Nav2: by its pose alone
+    assert follower.tick(SE2(1.0, 1.0), Velocity(), costmap, 0.0).state is FollowState.SUCCEEDED

@@ -155,10 +155,25 @@ def test_it_stops_before_obstacles_but_not_before_the_dock() -> None:
     assert world.run(docking(wide))[0] is DockingError.NONE
 
 
-@pytest.mark.parametrize("backward", [False, True])
-def test_it_undocks_straight_to_the_staging_pose(backward: bool) -> None:
-    config = replace(FINE, dock_backwards=backward)
-    dock = kind(staging_yaw_offset=math.pi if backward else 0.0)
+@pytest.mark.parametrize(("server", "own"), [(True, "forward"), (False, "backward")])
+def test_a_kind_of_docks_says_itself_how_the_robot_enters(server: bool, own: str) -> None:
+    backward = own == "backward"
+    world = World(DOCK @ SE2(0.8 if backward else -0.8))
+    world.nominal = docked_pose(DOCK, backward)
+    order = docking(replace(FINE, dock_backwards=server), dock_direction=own)
+    assert world.run(order) == (DockingError.NONE, "")
+    assert world.pose.distance(DOCK) < 0.02
+
+
+@pytest.mark.parametrize(
+    ("server", "own"), [(False, ""), (True, ""), (True, "forward"), (False, "backward")]
+)
+def test_it_undocks_straight_to_the_staging_pose(server: bool, own: str) -> None:
+    config, backward = (
+        replace(FINE, dock_backwards=server),
+        own == "backward" or (server and not own),
+    )
+    dock = kind(staging_yaw_offset=math.pi if backward else 0.0, dock_direction=own)
     world = World(DOCK)
     assert world.run(Undocking(config, dock, FOOTPRINT, 30.0)) == (DockingError.NONE, "")
     away = DOCK @ SE2(0.7 if backward else -0.7, 0.0, 0.0)

@@ -9,7 +9,7 @@ import pytest
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.se2 import SE2
 from arjuna_nav.trees.blackboard import TreeError
-from arjuna_nav.trees.exchange import TreeState
+from arjuna_nav.trees.exchange import Ask, TreeState
 from arjuna_nav.trees.node import Status
 from arjuna_nav.trees.xml_file import build_tree, read_tree
 
@@ -173,6 +173,15 @@ def test_a_subtree_has_entries_of_its_own(sharing: str) -> None:
     assert tree.tick(TreeState(0.0, SE2()))[0] is Status.SUCCESS
     board = tree.blackboard
     assert [board.get(name) for name in ("hidden", "seen", "shared")] == [None, "0.2", "1"]
+
+
+@pytest.mark.parametrize("text", ["{on}", " {on} ", "${on}"])
+def test_an_entry_stands_in_braces_and_after_a_dollar_sign_too(text: str) -> None:
+    code = f"<ToggleCollisionMonitor enable='{text}'/>"
+    tree = build_tree(root(f"<Sequence><Script code='on := false'/>{code}</Sequence>"), "t.xml")
+    _, (asked,) = tree.tick(TreeState(0.0))
+    assert isinstance(asked, Ask)
+    assert asked.fields == {"enable": False}
 
 
 def test_a_port_may_say_that_its_entry_has_its_own_name() -> None:

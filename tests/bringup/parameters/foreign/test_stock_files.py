@@ -167,6 +167,50 @@ def test_a_tree_with_nodes_of_someone_s_c_leaves_the_default_one(
     assert bool(found.problems) == (key in found.parameters["bt_navigator"]) == refused
 
 
+SHORT = "behavior_server: {ros__parameters: {behavior_plugins: [wait, backup]}}\n"
+NAMED = "navigate_to_pose_w_replanning_and_recovery.xml"
+
+
+def test_what_the_tree_calls_and_a_server_leaves_out_is_told_once(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    path = written(tmp_path, SHORT)
+    reason = "<Spin> of navigate_to_pose.xml calls 'spin', which it leaves out (wait, backup)"
+    (remark,) = check_file(path).remarks
+    assert f"{path}:1: unknown: behavior_server: behavior_plugins: {reason}: that" in str(remark)
+    gather(parse(["nav", "--map", "maps/arjuna_room.yaml", "--params", str(path)]))
+    assert capsys.readouterr().err.count(f"behavior_server: behavior_plugins: {reason}") == 1
+
+
+@pytest.mark.parametrize(
+    ("node", "lists", "name"),
+    [
+        ("planner_server", "{planner_plugins: [A, B]}", "GridBased"),
+        ("controller_server", "{controller_plugins: [A, B]}", "FollowPath"),
+    ],
+)
+def test_a_plug_in_that_the_tree_names_is_in_its_server_s_list(
+    node: str, lists: str, name: str, tmp_path: Path
+) -> None:
+    text = f"bt_navigator: {{ros__parameters: {{default_nav_to_pose_bt_xml: {NAMED}}}}}\n"
+    assert check_file(written(tmp_path, text)).remarks == []
+    found = check_file(written(tmp_path, f"{text}{node}: {{ros__parameters: {lists}}}"))
+    (said,) = [str(one) for one in found.remarks if "leaves out" in str(one)]
+    assert f"{node}: {node.removesuffix('_server')}_plugins: <" in said
+    assert f"of {NAMED} calls '{name}', which it leaves out (A, B): that fails, as in Nav2" in said
+
+
+def test_a_tree_s_server_that_the_blackboard_names_is_not_looked_for(tmp_path: Path) -> None:
+    calls = "<Fallback><Spin server_name='{mine}'/><Wait/><Wait server_name='rest'/></Fallback>"
+    (own := tmp_path / "own.xml").write_text(
+        f"<root BTCPP_format='4'><BehaviorTree ID='M'>{calls}</BehaviorTree></root>"
+    )
+    keys = ", ".join(f"default_nav_{kind}_bt_xml: {own}" for kind in ("to_pose", "through_poses"))
+    text = f"{SHORT}bt_navigator: {{ros__parameters: {{{keys}}}}}"
+    (remark,) = check_file(written(tmp_path, text)).remarks
+    assert f"<Wait> of {own} calls 'rest', which it leaves out (wait, backup)" in str(remark)
+
+
 @pytest.mark.parametrize("folder", ["/opt/somewhere/", "$(find-pkg-share nav2_bt_navigator)/"])
 def test_a_tree_of_nav2_s_is_known_by_its_name(folder: str, tmp_path: Path) -> None:
     name = f"{folder}navigate_to_pose_w_replanning_and_recovery.xml"

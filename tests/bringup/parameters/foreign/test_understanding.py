@@ -124,10 +124,10 @@ def test_a_section_of_one_s_own_class_changes_what_is_below() -> None:
         (LOCAL, {"inscribed_obstacle_cost_value": 1}, Kind.NOT_NEEDED, "of Nav2 after Jazzy"),
         (LOCAL, {f"{CLOUD}.transport_type": "raw"}, Kind.NOT_NEEDED, "are taken uncompressed"),
         (LOCAL, {f"{CLOUD}.transport_type": "zstd"}, Kind.NO_EFFECT, "SAFETY.*uncompressed"),
-        (LOCAL, {"plugin_types": []}, Kind.NO_EFFECT, "before Foxy: each plug-in has its class as"),
+        (LOCAL, {"plugin_types": []}, Kind.NO_EFFECT, "before Foxy, without as many names as"),
         (LOCAL, {"footprint": "[[front_left], [rear]]"}, Kind.NO_EFFECT, "a launch file fills"),
         ("planner_server", {"planner_plugin_ids": []}, Kind.NO_EFFECT, "of Nav2 before Foxy"),
-        ("docking_server", {f"{DOCK}.dock_direction": "back"}, Kind.NO_EFFECT, "dock_backwards"),
+        ("docking_server", {f"{DOCK}.rotate_to_dock": True}, Kind.NO_EFFECT, "Nav2 docks so"),
         (
             "collision_monitor",
             {**ZONE, "Near.v.steering_angle_min": 0.1},
@@ -167,7 +167,7 @@ def test_a_listed_plug_in_without_parameters_may_have_them_in_an_earlier_file() 
     assert not understood(listed).remarks
 
 
-@pytest.mark.parametrize("key", ["zebra", "static_layer.use_maximum", "stitic_lyer_in_the_map"])
+@pytest.mark.parametrize("key", ["zebra", "static_layer.zebra_width", "stitic_lyer_in_the_map"])
 def test_no_name_is_the_nearest_to_one_that_is_far_from_all(key: str) -> None:
     remark = only(understood({"global_costmap/global_costmap": {key: 1}}), Kind.UNKNOWN)
     assert remark.endswith(f"{key}: no such parameter")
@@ -345,12 +345,36 @@ def test_a_fading_layer_s_range_is_its_own() -> None:
     assert value(understood({LOCAL: fading}), LOCAL, "seen.cloud.obstacle_range") == 7.0
 
 
+def test_a_name_that_is_too_deep_in_a_file_is_told_so() -> None:
+    key = "navigate_to_pose.default_nav_to_pose_bt_xml"
+    (remark,) = understood({"bt_navigator": {key: "mine.xml"}}).remarks
+    said = "no such parameter; 'default_nav_to_pose_bt_xml' stands higher up"
+    assert (remark.kind, remark.reason) == (Kind.UNKNOWN, said)
+
+
 @pytest.mark.parametrize("axis", ["x", "y", "theta"])
 def test_a_deceleration_of_the_wrong_sign_is_turned(axis: str) -> None:
     key = f"FollowPath.decel_lim_{axis}"
     found = understood({"controller_server": {**DWB, key: 2.5}})
     assert value(found, "controller_server", key) == -2.5
     assert f"{key}: 2.5 would slow nothing down: -2.5 holds" in str(found.remarks[-1])
+
+
+@pytest.mark.parametrize(
+    ("given", "holds", "told"),
+    [
+        ({"max_accel": [3.0, 2.0, 3.0]}, (-2.5, -2.0, -3.2), 1),  # Nav2's default has 0 for y
+        ({"max_accel": [3.0, 2.0, 3.0], "max_decel": [0.0, -1.0, -3.0]}, (-3.0, -1.0, -3.0), 1),
+        ({"max_accel": [2.5, 0.0, 3.2]}, (-2.5, 0.0, -3.2), 0),
+    ],
+)
+def test_a_smoother_brakes_what_it_accelerates(
+    given: dict[str, Any], holds: tuple[float, ...], told: int
+) -> None:
+    found = understood({"velocity_smoother": given})
+    assert tuple(value(found, "velocity_smoother", "max_decel")) == holds
+    assert str(found.remarks).count("would let what max_accel sets moving never stop") == told
+    assert [one.safety for one in found.remarks] == [True] * told
 
 
 def test_the_constrained_smoother_takes_its_own_weights_and_tolerances() -> None:

@@ -223,6 +223,22 @@ def test_unknown_space_takes_a_masks_cost() -> None:
     assert layered.costmap.data.tolist() == [[0, 127, UNKNOWN]]
 
 
+@pytest.mark.parametrize("twice", [False, True])
+def test_an_inflation_of_both_lists_spreads_from_zones_too(twice: bool) -> None:
+    config = costmap_config(
+        resolution=0.1,
+        plugins=("static_layer", "inflation_layer"),
+        filters=("zones", "inflation_layer") if twice else ("zones",),
+        zones={"plugin": "nav2_costmap_2d::KeepoutFilter", "filter_info_topic": "info"},
+    )
+    layered = LayeredCostmap(config)
+    layered.set_map(FREE_MAP)
+    give(layered, 0, mask(100))
+    beside = int(layered.costmap.data[FREE_MAP.frame.to_cell(-0.25, 0.0)])
+    assert layered.costmap.data[FREE_MAP.frame.to_cell(0.5, 0.0)] == LETHAL
+    assert (0 < beside < LETHAL) is twice
+
+
 def value_under(placed: tuple[SE2, OccupancyGrid], pose: SE2) -> int | None:
     """Return a mask's value at a pose of the map; None outside the mask."""
     at = placed[0].inverse() @ pose
