@@ -90,7 +90,7 @@ class SilenceWatch:
 
     def __init__(self, node: ManagedNode, topic: str, of: Silence) -> None:
         self._node, self._of = node, of
-        self._topic = node.resolve_topic_name(node.process.absolute(topic))
+        self._topic = node.full_topic(topic)
         self._silent, self._said = 0, False
         period = 1.0  # [s] between two looks
         node.every(period, self._look)

@@ -110,7 +110,7 @@ class VelocityInput:
             self._subscription = self._listen()
             return
         node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
-        name = node.resolve_topic_name(node.process.absolute(self._topic))
+        name = node.full_topic(self._topic)
         senders = {one.topic_type: one.node_name for one in node.get_publishers_info_by_topic(name)}
         if other not in senders:
             return
