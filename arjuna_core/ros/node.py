@@ -146,6 +146,10 @@ class ManagedNode(Guarded, LifecycleNode):
     # Asked some 20 times a tick: without a frame of Python (`bench speed`).
     now: float = property(attrgetter("process.now"), doc="The process's time [s].")  # type: ignore[assignment]
 
+    def full_topic(self, topic: str) -> str:
+        """Return a topic's full name, below the robot's namespace and as it is remapped."""
+        return str(self.resolve_topic_name(self.process.absolute(topic)))
+
     def every(self, period: float, task: Callable[[], None]) -> None:
         """Run a task each `period` [s] of ROS time while the node is active.
 

@@ -83,11 +83,14 @@ def subscribe_watched(
 
 
 class SilenceWatch:
-    """Warns once when nothing comes, at the start or later on; made while the node configures."""
+    """Warns once when nothing comes, at the start or later on; made while the node configures.
+
+    It looks at the graph after 4 s, and, where there was nothing to say, each 10 s from then on.
+    """
 
     def __init__(self, node: ManagedNode, topic: str, of: Silence) -> None:
         self._node, self._of = node, of
-        self._topic = node.resolve_topic_name(node.process.absolute(topic))
+        self._topic = node.full_topic(topic)
         self._silent, self._said = 0, False
         period = 1.0  # [s] between two looks
         node.every(period, self._look)
@@ -98,8 +101,7 @@ class SilenceWatch:
 
     def _look(self) -> None:
         self._silent += 1
-        silent = 4  # looks without a message
-        if self._silent < silent or self._said:
+        if self._said or self._silent % 10 != 4:
             return
         if not self._of.rare or self._is_elsewhere():
             self._said = True

@@ -42,17 +42,19 @@ def subscribe_velocity(
     stamped: bool,
     callback: Callable[[Velocity], None],
     on_stamp: Callable[[float], None] = lambda stamp: None,
-) -> None:
+) -> VelocityInput:
     """Subscribe to commands, in a node's `configure`; one that is not finite is ignored.
 
     Args:
+        stamped: Whether as TwistStamped at first; see `VelocityInput`.
         on_stamp: Called before `callback` with the command's stamp, or the time it came [s].
     """
 
     def take(message: Any) -> None:
-        velocity = velocity_from_twist(message.twist if stamped else message)
+        velocity = velocity_from_twist(getattr(message, "twist", message))
         if velocity.is_finite:
-            on_stamp(seconds(message.header.stamp) if stamped else node.now)
+            is_stamped = isinstance(message, TwistStamped)
+            on_stamp(seconds(message.header.stamp) if is_stamped else node.now)
             callback(velocity)
         else:
             node.get_logger().error(
@@ -60,7 +62,7 @@ def subscribe_velocity(
                 f"{velocity.yaw_rate:g} rad/s"
             )
 
-    node.subscribe(TwistStamped if stamped else Twist, topic, take, qos.LATEST)
+    return VelocityInput(node, topic, stamped, take)
 
 
 class VelocityInput:
@@ -108,7 +110,7 @@ class VelocityInput:
             self._subscription = self._listen()
             return
         node, listened, other = self._node, _TYPES[self._stamped], _TYPES[not self._stamped]
-        name = node.resolve_topic_name(node.process.absolute(self._topic))
+        name = node.full_topic(self._topic)
         senders = {one.topic_type: one.node_name for one in node.get_publishers_info_by_topic(name)}
         if other not in senders:
             return

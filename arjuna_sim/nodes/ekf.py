@@ -60,13 +60,10 @@ class EkfNode(ManagedNode):
         # [s] What does not come is reported after 5 s at the latest.
         self.every(5.0 / 2, self._check_silence)
 
-    def _resolved(self, topic: str) -> str:
-        return str(self.resolve_topic_name(self.process.absolute(topic)))
-
     def _check_inputs(self) -> None:
         """Refuse a filter that would listen to itself, as `odom0: odom` here."""
-        config, output = self.config, self._resolved(self.config.odom_topic)
-        if self._resolved(config.odom0) == output:
+        config, output = self.config, self.full_topic(self.config.odom_topic)
+        if self.full_topic(config.odom0) == output:
             raise ConfigError(
                 f"odom0 '{config.odom0}' is {output}, which this filter publishes: it would listen"
                 f" to itself\nvalid: the wheels' own topic, here odom0: {WHEEL_ODOMETRY}, or"
@@ -78,11 +75,11 @@ class EkfNode(ManagedNode):
             return
         self._silent += 1
         # Of a robot without an IMU the simulator publishes odometry itself: nothing is to be fused.
-        alone = self.count_publishers(self._resolved(self.config.odom_topic)) < 2
+        alone = self.count_publishers(self.full_topic(self.config.odom_topic)) < 2
         if self._silent != 2 or not alone:
             return
         silent = self.config.odom0 if self._wheels is None else self.config.imu0
-        topic = self._resolved(silent)
+        topic = self.full_topic(silent)
         count = self.count_publishers(topic)
         if self._wheels is not None:
             self.get_logger().warning(

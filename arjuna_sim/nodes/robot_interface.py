@@ -4,9 +4,8 @@ from __future__ import annotations
 
 from typing import Any
 
-from arjuna_core.ros.convert import velocity_from_twist
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.velocity import VelocityInput
+from arjuna_core.ros.velocity import subscribe_velocity
 from arjuna_core.twist import Velocity
 from arjuna_sim.devices.sensors.battery import BatterySettings
 from arjuna_sim.devices.sensors.camera import CameraSettings
@@ -45,7 +44,7 @@ class RobotInterface:
         self.contacts = ContactTopic(node, robot.model.urdf.name)
         self._topic = self.topics.drive.command_topic
         stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
-        self._commands = VelocityInput(node, self._topic, stamped, self._on_command)
+        self._commands = subscribe_velocity(node, self._topic, stamped, self._on_command)
 
     def begin(self, now: float) -> None:
         """Publish the pose of the world at a time [s]."""
@@ -84,12 +83,8 @@ class RobotInterface:
             return True
         return self.topics.rename_odometry(topic, other)
 
-    def _on_command(self, message: Any) -> None:
-        command = velocity_from_twist(getattr(message, "twist", message))
-        if command.is_finite:
-            self._command = command
-        else:
-            self._node.get_logger().warning(f"{self._topic} ignored: {command} must be finite")
+    def _on_command(self, command: Velocity) -> None:
+        self._command = command
 
     def _joint_topics(self) -> list[Any]:
         # Their messages take a quarter of a second to import, which most robots do not need.

@@ -131,7 +131,7 @@ class MapSaverNode(ManagedNode):
         self._maps: dict[str, OccupancyGridMsg] = {}
         self._topics: set[str] = set()
         self._waiting: list[_Waiting] = []
-        self._listen(self._resolved("map"))
+        self._listen(self.full_topic("map"))
         self.serve_later(SaveMap, f"{self.get_name()}/save_map", self._on_save)
         self.every(0.1, self._give_up)  # [s]
 
@@ -140,9 +140,6 @@ class MapSaverNode(ManagedNode):
 
     def on_time_jump(self) -> None:
         self._refuse(getattr(self, "_waiting", []), "time was set back")
-
-    def _resolved(self, topic: str) -> str:
-        return str(self.resolve_topic_name(self.process.absolute(topic)))
 
     def _listen(self, topic: str) -> None:
         profile = qos.LATCHED if self.config.map_subscribe_transient_local else qos.LATEST
@@ -159,7 +156,7 @@ class MapSaverNode(ManagedNode):
     def _on_save(self, request: Any, respond: Callable[[Any], None]) -> None:
         problem, topic = "", ""
         try:
-            topic = self._resolved(request.map_topic or "map")
+            topic = self.full_topic(request.map_topic or "map")
             if self.active and topic not in self._topics:
                 self._listen(topic)
         except (InvalidTopicNameException, rclpy_implementation.RCLError) as error:

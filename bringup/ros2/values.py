@@ -129,14 +129,10 @@ def dump(value: Any, flow: bool = False) -> str:
     return written(_Dumper) if "\\" in text else text
 
 
-def to_csv(message: Any, abridge: Abridge = WHOLE) -> str:
+def to_csv(value: Any, abridge: Abridge = WHOLE, kind: Any = None) -> str:
     """Return a message's values separated by commas, an empty array as nothing."""
-    return _csv(message, None, abridge)
-
-
-def _csv(value: Any, kind: Any, abridge: Abridge) -> str:
     if is_message(value):
-        return _joined([_csv(item, kind, abridge) for _, item, kind in fields_of(value)])
+        return _joined([to_csv(item, abridge, kind) for _, item, kind in fields_of(value)])
     if isinstance(value, str):
         return _text(value, abridge)
     if isinstance(value, bytes):
@@ -145,7 +141,7 @@ def _csv(value: Any, kind: Any, abridge: Abridge) -> str:
         return str(value)
     if abridge.no_arrays and kind is not None:
         return _described(value, kind)
-    items = [_csv(item, None, abridge) for item in list(value)[: abridge.length]]
+    items = [to_csv(item, abridge) for item in list(value)[: abridge.length]]
     return _joined(items if _fits(value, abridge) else [*items, "..."])
 
 

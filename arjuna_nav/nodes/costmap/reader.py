@@ -102,7 +102,7 @@ class CostmapReader:
 
 def costmap_in_process(node: ManagedNode, topic: str, own: str = _COSTS) -> CostmapNode | None:
     """Return the costmap of the node's process that publishes a topic by a name of its own."""
-    name = node.resolve_topic_name(node.process.absolute(topic))
+    name = node.full_topic(topic)
     costmaps = (each for each in node.process.nodes if isinstance(each, CostmapNode))
     return next((each for each in costmaps if each.resolve_topic_name(own) == name), None)
 

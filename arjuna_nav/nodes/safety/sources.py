@@ -60,7 +60,7 @@ class Source:
     ) -> None:
         self.config, self.tracks = config, False
         self._frames, self._timeout, self._brakes = frames, timeout, brakes
-        self.topic = frames.node.resolve_topic_name(frames.node.process.absolute(topic))
+        self.topic = frames.node.full_topic(topic)
         self._listen(topic)
         self.reset()
 

@@ -284,7 +284,8 @@ def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
             side, _, kind = key.partition("_")
             is_read = keys[-1] in ("x", "z", "traction") and side == "max" and kind in _READ_LIMITS
             is_read |= (keys[-1], key) == ("x", "min_velocity")
-            mirrors = side == "min" and value == -_number_or_nan(inner.get(f"max_{kind}"))
+            opposite = inner.get(f"max_{kind}")
+            mirrors = side == "min" and isinstance(opposite, int | float) and value == -opposite
             if is_number and math.isfinite(value) and not is_read and not mirrors:
                 yield f"{'.'.join(keys)}.{key}"
 
@@ -292,10 +293,6 @@ def _unread_limits(values: dict[str, Any]) -> Iterator[str]:
 def _unread(values: dict[str, Any]) -> Iterator[str]:
     """Yield the parameters beside limits that ask for what is not done here."""
     return (key for key, none in _UNREAD.items() if values.get(key, none) != none)
-
-
-def _number_or_nan(value: Any) -> float:
-    return float(value) if isinstance(value, int | float) else math.nan
 
 
 def _has(values: Mapping[str, Any], kind: str) -> bool:

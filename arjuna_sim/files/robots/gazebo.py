@@ -23,6 +23,7 @@ from arjuna_sim.files.robots.plugins import (
     is_classic,
     is_control,
     is_done,
+    name_of,
     read_drive,
     read_tracks,
     read_wheelless,
@@ -101,7 +102,7 @@ class TagReader:
         told = any(each in _type(plugin).replace("-", "") for each in _TRUE)
         drive = None if told else read_drive(xml, driving, urdf)
         kind = drive_kind(driving)
-        name = plugin.get("name") or plugin.get("filename") or "?"
+        name = name_of(plugin)
         self.is_classic |= controlled is None and kind is not None and is_classic(plugin)
         if drive is not None and self.drive is not None:
             both = joined(urdf, self.drive, drive) if kind is self.kind else None

@@ -184,7 +184,7 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         RobotError: It names a joint that does not exist, or a value is invalid.
     """
     left, right = tuple(texts(plugin, *LEFT)), tuple(texts(plugin, *RIGHT))
-    label = f"plugin '{_name(plugin)}'"
+    label = f"plugin '{name_of(plugin)}'"
     back = tuple(texts(plugin, _BACK_WHEEL)) if drive_kind(plugin) is DriveKind.OMNI else ()
     if back or not left or not right:
         left, right = (*left, *right, *back) if back else tuple(texts(plugin, *WHEEL)), ()
@@ -223,7 +223,8 @@ def torque_of(urdf: Urdf, radius: float, wheels: int) -> float:
     return max(TORQUE, 2.0 * GRAVITY * urdf.mass * radius / wheels)
 
 
-def _name(plugin: Element) -> str:
+def name_of(plugin: Element) -> str:
+    """Return what a plugin is called."""
     return plugin.get("name") or plugin.get("filename") or "?"
 
 
@@ -233,7 +234,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
     Raises:
         RobotError: A value is invalid.
     """
-    label = f"plugin '{_name(plugin)}'"
+    label = f"plugin '{name_of(plugin)}'"
     source = text_of(plugin, "odometrysource").lower()
     linear, angular = (plugin.find(f"{part}_velocity") for part in ("linear", "angular"))
     if linear is None and angular is None:  # else TrackedVehicle's, which limits no part unnamed
@@ -241,7 +242,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
 
     return dataclasses.replace(
         drive,
-        plugin=_name(plugin),
+        plugin=name_of(plugin),
         **limits_of(xml, label, linear, angular),
         command_timeout=_timeout(xml, plugin, label),
         rate=value(xml, plugin, label, 0.0, *_RATE),
@@ -317,7 +318,7 @@ def read_tracks(xml: XmlFile, plugin: Element, urdf: Urdf) -> Sides:
     for link in (*left, *right):
         if link not in urdf.links:
             problem = f"track '{link}' is no link; {nearest(link, urdf.links)}"
-            raise xml.fail(f"plugin '{_name(plugin)}'", problem)
+            raise xml.fail(f"plugin '{name_of(plugin)}'", problem)
     return left, right
 
 

@@ -89,7 +89,7 @@ def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
 
 def _read_script(xml: XmlFile, script: Element, label: str) -> Trajectory | None:
     """Join a script's trajectories by their ids, as Gazebo plays them."""
-    if not _flag(script.findtext("auto_start"), True):
+    if not is_true(script.findtext("auto_start", "true")):
         xml.note(f"{label}: <auto_start> is false, so it stands still")
         return None
     waypoints = [w for t in script.findall("trajectory") for w in t.findall("waypoint")]
@@ -102,7 +102,7 @@ def _read_script(xml: XmlFile, script: Element, label: str) -> Trajectory | None
     delay = xml.number(script, "delay_start", 0.0, label)
     if delay < 0.0:
         raise xml.fail(label, f"<delay_start> is {delay}; valid: 0 or more")
-    loop = _flag(script.findtext("loop"), True)
+    loop = is_true(script.findtext("loop", "true"))
     return Trajectory(tuple(t for t, _ in read), tuple(p for _, p in read), loop, delay)
 
 
@@ -135,10 +135,6 @@ def _note_drawn(xml: XmlFile, bodies: Sequence[Body]) -> None:
     for model, parts in drawn.items():
         if np.ptp(points_of(parts)[:, 2]) > _PAINT:
             xml.note(f"model '{model}': is only drawn, so no lidar sees it", NoteKind.IGNORED)
-
-
-def _flag(text: str | None, default: bool) -> bool:
-    return default if text is None else is_true(text)
 
 
 def read_earth(xml: XmlFile, world: Element) -> Earth:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar
 
 import numpy as np
@@ -25,7 +26,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import header, pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
-from arjuna_core.ros.silence import Silence, SilenceWatch
+from arjuna_core.ros.silence import Silence, subscribe_watched
 from arjuna_core.ros.tf import TransformPublisher, transforms_msg
 from arjuna_sim.fusion.estimator import Estimator
 from arjuna_sim.fusion.filters import ExtendedFilter, Filter, Measurement, UnscentedFilter
@@ -50,7 +51,6 @@ class _Input:
     pose: PoseInput | None
     twist: Part | None
     acceleration: Part | None
-    watch: SilenceWatch | None = None
     last: float = -np.inf
 
 
@@ -127,14 +127,11 @@ class EkfFilterNode(ManagedNode):
             depth=max(1, sensor.queue_size), reliability=ReliabilityPolicy.BEST_EFFORT
         )
         silence = Silence(kind, f"{sensor.kind} message", depth, f"set {sensor.name}")
-        made.watch = SilenceWatch(self, sensor.topic, silence)
-        self.subscribe(kind, sensor.topic, lambda message: self._take(made, take, message), depth)
+        subscribe_watched(self, sensor.topic, silence, partial(self._take, made, take))
         return made
 
     def _take(self, one: _Input, take: Callable[[_Input, Any], None], message: Any) -> None:
         stamp = seconds(message.header.stamp)
-        if one.watch is not None:
-            one.watch.received()
         if self._on and stamp >= one.last and stamp > self._set_at:
             one.last = stamp
             take(one, message)

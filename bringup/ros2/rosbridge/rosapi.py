@@ -6,7 +6,6 @@ import json
 from collections.abc import Callable
 from typing import Any
 
-from rcl_interfaces.msg import Parameter
 from rcl_interfaces.srv import GetParameters, SetParameters
 from rclpy.node import Node
 from rclpy.parameter import Parameter as RclpyParameter
@@ -34,11 +33,11 @@ class RosApi:
         self._answers: dict[str, Callable[[Any], dict[str, Any]]] = {
             "topics": self._topics,
             "topics_and_raw_types": self._topics_and_raw_types,
-            "topic_type": lambda a: {"type": self._type(self._topic_types(), a["topic"])},
-            "topics_for_type": lambda a: {"topics": _of_type(self._topic_types(), a["type"])},
-            "services": lambda _: {"services": sorted(self._service_types())},
-            "service_type": lambda a: {"type": self._type(self._service_types(), a["service"])},
-            "services_for_type": lambda a: {"services": _of_type(self._service_types(), a["type"])},
+            "topic_type": lambda a: {"type": self._type(self._seen("topic"), a["topic"])},
+            "topics_for_type": lambda a: {"topics": _of_type(self._seen("topic"), a["type"])},
+            "services": lambda _: {"services": sorted(self._seen("service"))},
+            "service_type": lambda a: {"type": self._type(self._seen("service"), a["service"])},
+            "services_for_type": lambda a: {"services": _of_type(self._seen("service"), a["type"])},
             "nodes": lambda _: {"nodes": full_names(self._node)},
             "node_details": self._node_details,
             "publishers": lambda a: {"publishers": self._ends("publishers", a["topic"])},
@@ -68,19 +67,15 @@ class RosApi:
             valid = ", ".join(sorted([*self._answers, *self._asks]))
             raise Ros2Error(f"Service {service} does not exist; valid: {valid}")
 
-    def _topic_types(self) -> dict[str, str]:
-        found = self._node.get_topic_names_and_types()
-        return {name: types[0] for name, types in found if types and "/_" not in name}
-
-    def _service_types(self) -> dict[str, str]:
-        found = self._node.get_service_names_and_types()
+    def _seen(self, what: str) -> dict[str, str]:
+        found = getattr(self._node, f"get_{what}_names_and_types")()
         return {name: types[0] for name, types in found if types and "/_" not in name}
 
     def _type(self, found: dict[str, str], name: str) -> str:
         return found.get(absolute(name), "")
 
     def _topics(self, _: Any) -> dict[str, Any]:
-        found = self._topic_types()
+        found = self._seen("topic")
         return {"topics": list(found), "types": list(found.values())}
 
     def _topics_and_raw_types(self, _: Any) -> dict[str, Any]:
@@ -118,17 +113,12 @@ class RosApi:
     def _set_param(self, args: Any, then: Answered) -> None:
         node, name = _parameter(args)
         value = RclpyParameter(name, value=json.loads(args["value"])).to_parameter_msg()
-        fields = _plain(value)
+        fields = to_json(value)
 
         def was_set(response: SetParameters.Response) -> None:
             then({"successful": all(each.successful for each in response.results)})
 
         self._send(f"{node}/set_parameters", {"parameters": [fields]}, was_set)
-
-
-def _plain(parameter: Parameter) -> dict[str, Any]:
-    fields: dict[str, Any] = to_json(parameter)
-    return fields
 
 
 def _of_type(found: dict[str, str], type_name: str) -> list[str]:

@@ -94,3 +94,15 @@ def test_stamps_are_the_commands_or_those_of_smoothing(own: bool) -> None:
     assert (0.3 in stamps) is not own
     assert stamps[0] == pytest.approx(0.5 if own else 0.3)
     assert stamps[-1] > 1.5  # nobody commands any more
+
+
+def test_the_type_that_alone_is_published_is_taken(robot: PlayedRobot) -> None:
+    """A command that is TwistStamped, in a file without `enable_stamped_cmd_vel`, was not heard."""
+    message = TwistStamped()
+    message.twist.linear.x = 0.3
+    robot.bench.publish(TwistStamped, "/cmd_vel_nav", message)
+    robot.run(5.0)  # a look at who publishes is each 2 s, and the types follow each other
+    assert not robot.commands
+    robot.bench.publish(TwistStamped, "/cmd_vel_nav", message)
+    robot.run(0.5)
+    assert robot.command.x == pytest.approx(0.3)
