@@ -12,12 +12,16 @@ from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 
 from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill, parse, to_yaml
+
+_MEETING = Duration(seconds=2.0)
+"""How long a subscription that is met is waited for until it has the last message."""
 
 
 def _values(arguments: argparse.Namespace) -> Any:
@@ -52,6 +56,8 @@ def pub(arguments: argparse.Namespace) -> None:
             if arguments.print and count % arguments.print == 0:
                 print(f"publishing #{count}: {message!r}\n")
             publisher.publish(message)
+        # Who has not met this publisher yet, though it is met, gets the message when it has.
+        publisher.wait_for_all_acked(_MEETING)
         client.pause(max(arguments.keep_alive, 0.0))
 
 
