@@ -25,6 +25,7 @@ FORWARDED = {
     "doctor": ("Check the system for what goes wrong", "forward:doctor"),
     "launch": ("Start what a known launch file starts", "launch:run"),
     "run": ("Run a package specific executable", "run:run"),
+    "test": ("Run a ROS 2 launch test", "forward:launch_test"),
     "wtf": ("The same as 'ros2 doctor'", "forward:doctor"),
 }
 """What is said of the commands without verbs, and `module:function` that takes their words."""

@@ -280,7 +280,16 @@ def remedy(package: str) -> str:
     return remedy_of(package, sorted(name for known, name in PROGRAMS if known == package))
 
 
-def doctor(words: list[str]) -> NoReturn:
+def launch_test(words: list[str]) -> NoReturn:
+    """Run `launch_test`, as `ros2 test` does."""
+    program = [sys.executable, "-m", "launch_testing.launch_test", *words]
+    os.execv(sys.executable, program)  # noqa: S606 - what the user asked for
+
+
+def doctor(words: list[str]) -> None:
     """Look for what is wrong; ros2cli's switches of its report change nothing: all is said."""
+    if words[:1] == ["hello"]:
+        importlib.import_module("bringup.ros2.verbs.multicast").hello(words[1:])
+        return
     switches = ["-r", "--report", "-rf", "--report-failed", "-iw", "--include-warnings"]
     arjuna("doctor", [word for word in words if word not in switches])
