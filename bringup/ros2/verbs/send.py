@@ -8,6 +8,7 @@ import itertools
 import math
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
@@ -20,7 +21,9 @@ from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill, parse, to_yaml
 
-_MEETING = Duration(seconds=2.0)
+_QUIET = 0.3
+"""How long no further subscription is met until all are [s]; ros2cli looks each 0.1 s."""
+_MEETING = Duration(seconds=0.5)
 """How long a subscription that is met is waited for until it has the last message."""
 
 
@@ -70,6 +73,8 @@ def _wait_for_subscriptions(
     limit, period = arguments.max_wait_time_secs, 0.1
     for tick in itertools.count():
         if count() >= wanted:
+            if wanted:
+                _meet_others(client, count)
             return
         if tick % 10 == 0:
             print(f"Waiting for at least {wanted} matching subscription(s)...")
@@ -79,6 +84,13 @@ def _wait_for_subscriptions(
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
         client.run_until(lambda: count() >= wanted, period, required=False)
+
+
+def _meet_others(client: Client, count: Callable[[], int]) -> None:
+    """Wait until no further subscription is met: a topic may have several, as /goal_pose has."""
+    known = count()
+    if client.run_until(lambda: count() > known, _QUIET, required=False):
+        _meet_others(client, count)
 
 
 def call(arguments: argparse.Namespace) -> None:

@@ -196,18 +196,25 @@ def test_ros2_test_is_launch_test(monkeypatch: pytest.MonkeyPatch) -> None:
     assert started.call_args.args[1][1:] == words.split()
 
 
-def test_pub_leaves_when_all_have_its_message(monkeypatch: pytest.MonkeyPatch) -> None:
-    done = list[str]()
+def test_pub_waits_for_all_who_listen_and_until_they_have_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    done, met = list[str](), iter([True, True, False])
     publisher = SimpleNamespace(
         get_subscription_count=lambda: 1,
         publish=lambda message: done.append(message.data),
         wait_for_all_acked=lambda limit: done.append("had"),
     )
+
+    def another(*given: object, **named: object) -> bool:
+        done.append("looked")
+        return next(met)
+
     node = Mock(create_publisher=lambda *given: publisher)
-    client = SimpleNamespace(node=node, pause=lambda seconds: None)
+    client = SimpleNamespace(node=node, pause=lambda seconds: None, run_until=another)
     monkeypatch.setattr(send, "Client", lambda *given: nullcontext(client))
     main(["topic", "pub", "--once", "/late", "std_msgs/msg/String", "{data: sent}"])
-    assert done == ["sent", "had"]
+    assert done == ["looked", "looked", "looked", "sent", "had"]
 
 
 def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
