@@ -21,9 +21,9 @@ from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill, parse, to_yaml
 
-_QUIET = 0.3
+_QUIET = 0.6
 """How long no further subscription is met until all are [s]; ros2cli looks each 0.1 s."""
-_MEETING = Duration(seconds=0.5)
+_MEETING = Duration(seconds=1.0)
 """How long a subscription that is met is waited for until it has the last message."""
 
 
