@@ -1,4 +1,4 @@
-"""The programs of `ros2 run` and what they take of its words; `ros2 doctor`."""
+"""The programs of `ros2 run` and what they take of its words; `ros2 test`."""
 
 from __future__ import annotations
 
@@ -284,12 +284,3 @@ def launch_test(words: list[str]) -> NoReturn:
     """Run `launch_test`, as `ros2 test` does."""
     program = [sys.executable, "-m", "launch_testing.launch_test", *words]
     os.execv(sys.executable, program)  # noqa: S606 - what the user asked for
-
-
-def doctor(words: list[str]) -> None:
-    """Look for what is wrong; ros2cli's switches of its report change nothing: all is said."""
-    if words[:1] == ["hello"]:
-        importlib.import_module("bringup.ros2.verbs.multicast").hello(words[1:])
-        return
-    switches = ["-r", "--report", "-rf", "--report-failed", "-iw", "--include-warnings"]
-    arjuna("doctor", [word for word in words if word not in switches])
