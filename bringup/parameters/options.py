@@ -17,7 +17,7 @@ DOMAINS = 101  # ports of those above are given to any program (OMG DDSI-RTPS 2.
 _DOMAIN_MAX = 232  # ports above do not exist (OMG DDSI-RTPS 2.5, 9.6.2.3)
 _NAMESPACE = re.compile(r"/?[A-Za-z_]\w*(/[A-Za-z_]\w*)*/?", re.ASCII)
 _ARGUMENT = re.compile(r"[A-Za-z_]\w*:=")
-_RULE = re.compile(r"[\w/~]+:=[\w/~]+$")
+_RULE = re.compile(r"(\w+:)?(ros(topic|service)://)?[\w/~]+:=[\w/~]+$")
 _SEARCHED = {
     "package_path": "ROS_PACKAGE_PATH",
     "model_path": "GAZEBO_MODEL_PATH",
@@ -216,7 +216,9 @@ _OPTIONS: dict[str, dict[str, Any]] = {
     "--odom-topic": _value(str, "TOPIC", "of the odometry (odom)"),
     "--cmd-vel-topic": _value(str, "TOPIC", "it is driven by (cmd_vel)"),
     "--remap": _paths(
-        "a topic's or service's name, and that in its place", metavar="OLD:=NEW", type=_rule
+        "a topic's or service's name, and that in its place; NODE:OLD:=NEW in that node alone",
+        metavar="OLD:=NEW",
+        type=_rule,
     ),
     "--base-frame": _value(str, "FRAME", "of the robot (base_footprint)"),
     "--odom-frame": _value(str, "FRAME", "of its odometry (odom)"),

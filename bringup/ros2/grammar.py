@@ -22,10 +22,11 @@ BUFFERED = "--use-python-default-buffering"
 FORWARDED = {
     "component": ("There are no containers: each node is a process", "daemon:component"),
     "daemon": ("There is no daemon: none is needed", "daemon:run"),
-    "doctor": ("Check the system for what goes wrong", "forward:doctor"),
+    "doctor": ("Check the system for what goes wrong", "doctor:run"),
     "launch": ("Start what a known launch file starts", "launch:run"),
     "run": ("Run a package specific executable", "run:run"),
-    "wtf": ("The same as 'ros2 doctor'", "forward:doctor"),
+    "test": ("Run a ROS 2 launch test", "forward:launch_test"),
+    "wtf": ("The same as 'ros2 doctor'", "doctor:run"),
 }
 """What is said of the commands without verbs, and `module:function` that takes their words."""
 _GRAPH: tuple[dict[str, Any], ...] = (

@@ -93,6 +93,11 @@ _GAZEBO = {
     "gzclient": "gzclient",
 }
 _OF_ROS1 = ("turtlebot3_navigation", "turtlebot3_slam", "turtlebot3_teleop")
+_WHOLE = """desktop gazebo_plugins gazebo_ros2_control gazebo_ros_pkgs gz_ros2_control
+ign_ros2_control navigation2 ros2_control ros2_controllers ros_base ros_gz ros_ign turtlebot3
+turtlebot3_simulations turtlebot4_simulator"""
+"""Packages that stand for others, or for plug-ins of Gazebo that `arjuna sim` reads itself: launch
+files put their folders on paths."""
 SHIPPED = {
     **{
         f"nav2_bt_navigator/behavior_trees/{path.name}": f"behavior_trees/{path.name}"
@@ -175,7 +180,7 @@ def prefix_folder() -> Path:
 def _texts() -> dict[str, str]:
     """Return the texts of the files that are written, by path."""
     packages = {package for package, _ in (*PROGRAMS, *LAUNCHES, *DESCRIBED)}
-    packages |= {*_OF_ROS1, *(name.partition("/")[0] for name in SHIPPED)}
+    packages |= {*_OF_ROS1, *_WHOLE.split(), *(name.partition("/")[0] for name in SHIPPED)}
     found = {GENERATED: "This folder can be removed: it is made again.\n"}
     for package in packages:
         found[f"share/ament_index/resource_index/packages/{package}"] = ""

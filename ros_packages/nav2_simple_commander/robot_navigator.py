@@ -48,6 +48,7 @@ from rclpy.qos import (
     QoSReliabilityPolicy,
 )
 
+from arjuna_core.ros.convert import duration_msg
 from nav2_simple_commander.routes import RouteRobot
 from nav2_simple_commander.task import SERVER_TIMEOUT, RunningTask, TaskResult
 
@@ -145,26 +146,26 @@ class BasicNavigator(RouteRobot):
         goal, doing = FollowGPSWaypoints.Goal(gps_poses=gps_poses), f"{len(gps_poses)} gps goals."
         return self._start("follow_gps_waypoints_client", goal, f"Following {doing}")
 
-    def spin(self, spin_dist: float = 1.57, time_allowance: int = 10) -> bool:
-        goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=Duration(sec=time_allowance))
+    def spin(self, spin_dist: float = 1.57, time_allowance: float = 10) -> bool:
+        goal = Spin.Goal(target_yaw=float(spin_dist), time_allowance=duration_msg(time_allowance))
         return self._start("spin_client", goal, f"Spinning to angle {goal.target_yaw}.")
 
     def backup(
-        self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: int = 10
+        self, backup_dist: float = 0.15, backup_speed: float = 0.025, time_allowance: float = 10
     ) -> bool:
         goal = _straight(BackUp.Goal(), backup_dist, backup_speed, time_allowance)
         return self._start("backup_client", goal, f"Backing up {backup_dist} m, {backup_speed} m/s")
 
     def driveOnHeading(
-        self, dist: float = 0.15, speed: float = 0.025, time_allowance: int = 10
+        self, dist: float = 0.15, speed: float = 0.025, time_allowance: float = 10
     ) -> bool:
         goal = _straight(DriveOnHeading.Goal(), dist, speed, time_allowance)
         return self._start(
             "drive_on_heading_client", goal, f"Drive {dist} m on heading, {speed} m/s"
         )
 
-    def assistedTeleop(self, time_allowance: int = 30) -> bool:
-        goal = AssistedTeleop.Goal(time_allowance=Duration(sec=time_allowance))
+    def assistedTeleop(self, time_allowance: float = 30) -> bool:
+        goal = AssistedTeleop.Goal(time_allowance=duration_msg(time_allowance))
         return self._start("assisted_teleop_client", goal, "Running 'assisted_teleop'")
 
     def followPath(self, path: Any, controller_id: str = "", goal_checker_id: str = "") -> bool:
@@ -319,8 +320,8 @@ class BasicNavigator(RouteRobot):
         return None
 
 
-def _straight(goal: Any, distance: float, speed: float, time_allowance: int) -> Any:
+def _straight(goal: Any, distance: float, speed: float, time_allowance: float) -> Any:
     goal.target = Point(x=float(distance))
     goal.speed = float(speed)
-    goal.time_allowance = Duration(sec=time_allowance)
+    goal.time_allowance = duration_msg(time_allowance)
     return goal

@@ -193,6 +193,9 @@ def _topics(sensor: Element, depth: bool) -> dict[str, str]:
 def _of_ros(sensor: Element, last: str, tag: str) -> str:
     """Return the topic of one of a ROS plugin's pictures: its camera's, its last part or a remap.
 
+    A remapping counts where it names this topic whole, as in ROS: of `camera/image_raw` a bare
+    `image_raw:=X` remaps nothing (gazebo_ros_pkgs, gazebo_ros_camera.cpp).
+
     Args:
         tag: The plain name of its tag in ROS 1's plugin.
     """
@@ -200,14 +203,17 @@ def _of_ros(sensor: Element, last: str, tag: str) -> str:
     # ROS 2's plugin, which has no such tags, names the camera as its sensor.
     own = camera or ("" if text_of(sensor, "imagetopicname") else sensor.get("name", "").strip())
     space = text_of(sensor, "robotnamespace", "namespace").strip("/")
-    found = f"{own}/{given or last}" if own and not given.startswith("/") else given or last
-    for source, target in remappings(sensor):
-        below = source.removeprefix("~/").removeprefix(f"/{space}/" if space else "/")
-        if below == f"{own}/{last}":
-            found = target
-        elif below == last:
-            found = f"{camera}/{target}" if camera and "/" not in target else target
-    return f"/{space}/{found}" if space and not found.startswith("/") else found
+    plugin = sensor.find("plugin")
+    node = "" if plugin is None else plugin.get("name", "")
+
+    def whole(name: str) -> str:
+        """Return a name as ROS completes that of a node's topic."""
+        name = f"{node}/{name[2:]}" if name.startswith("~/") else name
+        return f"/{space}/{name}" if space and not name.startswith("/") else name
+
+    found = whole(f"{own}/{given or last}" if own and not given.startswith("/") else given or last)
+    rules = ((whole(source), whole(target)) for source, target in remappings(sensor))
+    return next((new for old, new in rules if old.lstrip("/") == found.lstrip("/")), found)
 
 
 def _of_gz(sensor: Element, own: str, depth: bool) -> dict[str, str]:

@@ -29,20 +29,23 @@ from bringup.client.simulator import SimulatorClient, SimulatorError, resource_o
 from bringup.ros2.client import Client
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.programs.gz_tools import command_of
-from bringup.ros2.verbs.forward import LAUNCHED, arjuna, ros_arguments
+from bringup.ros2.verbs.forward import LAUNCHED, arjuna, nothing, ros_arguments
 from bringup.ros2.worlds import ENDINGS, world_of
 
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
+_WINDOW = "'arjuna view' shows the world"
 _TOOLS = ("fuel", "gui", "log", "model", "msg", "param", "plugin", "sdf", "service", "topic")
 
 
 def serve(words: list[str]) -> None:
     """Simulate what is spawned, or the robots that the world has, in the world that words name."""
-    of_window = words[:1] == ["service"] and any(word.startswith("/gui/") for word in words)
-    if of_window or ("-g" in words and "-s" not in words):
-        print("nothing to do: 'arjuna view' shows the world", flush=True)
+    if words[:1] == ["service"] and any(word.startswith("/gui/") for word in words):
+        print(f"nothing to do: {_WINDOW}", flush=True)
+        return
+    if "-g" in words and "-s" not in words:
+        nothing(words, _WINDOW)
         return
     if words[:1] and words[0] in _TOOLS:
         _as_tool(words)

@@ -1,4 +1,4 @@
-"""The programs of `ros2 run` and what they take of its words; `ros2 doctor`."""
+"""The programs of `ros2 run` and what they take of its words; `ros2 test`."""
 
 from __future__ import annotations
 
@@ -158,14 +158,16 @@ def _run_node(words: list[str], package: str, program: str) -> None:
     module.start(package, program, ros_arguments(words))
 
 
-def _nothing(words: list[str], why: str, stays: bool = True) -> None:
-    """Say why a program has nothing to do; it ends, or stays as the other would."""
+def nothing(words: list[str], why: str) -> None:
+    """Say why a program has nothing to do, and stay as the other would.
+
+    Launch files end all where a window or a container does.
+    """
     print(f"nothing to do: {why}", flush=True)
-    if stays:
-        signal.pause()
+    signal.pause()
 
 
-_IMAGES = partial(_nothing, why="the simulator publishes ROS's topics itself")
+_IMAGES = partial(nothing, why="the simulator publishes ROS's topics itself")
 _BRIDGE = f"{_PROGRAMS}.bridge"
 _GAZEBO = f"{_PROGRAMS}.gazebo"
 _MOCK = f"{_PROGRAMS}.mock_hardware"
@@ -181,7 +183,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "ros2_control_node"): _MOCK,
     **{
         ("rclcpp_components", f"component_container{kind}"): partial(
-            _nothing, why="each node of a container is a process here"
+            nothing, why="each node of a container is a process here"
         )
         for kind in ("", "_isolated", "_mt")
     },
@@ -189,7 +191,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("controller_manager", "spawner.py"): f"{_PROGRAMS}.spawner",  # its name before Humble
     ("controller_manager", "unspawner"): f"{_PROGRAMS}.spawner:unspawn",
     ("foxglove_bridge", "foxglove_bridge"): _foxglove,
-    ("rosapi", "rosapi_node"): partial(_nothing, why="rosbridge_websocket answers for rosapi"),
+    ("rosapi", "rosapi_node"): partial(nothing, why="rosbridge_websocket answers for rosapi"),
     ("rosbridge_server", "rosbridge_websocket"): _ROSBRIDGE,
     ("rosbridge_server", "rosbridge_websocket.py"): _ROSBRIDGE,  # its name before Humble
     ("nav2_map_server", "map_saver_cli"): _save_map,
@@ -204,7 +206,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
     ("teleop_twist_keyboard", "teleop_twist_keyboard"): _teleop,
     ("turtlebot3_teleop", "teleop_keyboard"): _teleop,
     **{names: partial(_run_node, package=names[0], program=names[1]) for names in NODES},
-    ("gazebo_ros", "gzclient"): partial(_nothing, why="'arjuna view' shows it", stays=False),
+    ("gazebo_ros", "gzclient"): partial(nothing, why="'arjuna view' shows it"),
     ("gazebo_ros", "gzserver"): f"{_GAZEBO}:serve",
     ("gazebo_ros", "spawn_entity.py"): f"{_GAZEBO}:create",
     ("gazebo_ros", "spawn_model"): f"{_GAZEBO}:create",
@@ -278,7 +280,7 @@ def remedy(package: str) -> str:
     return remedy_of(package, sorted(name for known, name in PROGRAMS if known == package))
 
 
-def doctor(words: list[str]) -> NoReturn:
-    """Look for what is wrong; ros2cli's switches of its report change nothing: all is said."""
-    switches = ["-r", "--report", "-rf", "--report-failed", "-iw", "--include-warnings"]
-    arjuna("doctor", [word for word in words if word not in switches])
+def launch_test(words: list[str]) -> NoReturn:
+    """Run `launch_test`, as `ros2 test` does."""
+    program = [sys.executable, "-m", "launch_testing.launch_test", *words]
+    os.execv(sys.executable, program)  # noqa: S606 - what the user asked for

@@ -8,16 +8,23 @@ import itertools
 import math
 import sys
 import time
+from collections.abc import Callable
 from typing import Any
 
 from action_msgs.msg import GoalStatus
 from rclpy.action import ActionClient
+from rclpy.duration import Duration
 
 from bringup.ros2.client import Client, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.qos import from_options
 from bringup.ros2.types import interface_class
 from bringup.ros2.values import fill, parse, to_yaml
+
+_QUIET = 0.6
+"""How long no further subscription is met until all are [s]; ros2cli looks each 0.1 s."""
+_MEETING = Duration(seconds=1.0)
+"""How long a subscription that is met is waited for until it has the last message."""
 
 
 def _values(arguments: argparse.Namespace) -> Any:
@@ -52,6 +59,8 @@ def pub(arguments: argparse.Namespace) -> None:
             if arguments.print and count % arguments.print == 0:
                 print(f"publishing #{count}: {message!r}\n")
             publisher.publish(message)
+        # Who has not met this publisher yet, though it is met, gets the message when it has.
+        publisher.wait_for_all_acked(_MEETING)
         client.pause(max(arguments.keep_alive, 0.0))
 
 
@@ -64,6 +73,8 @@ def _wait_for_subscriptions(
     limit, period = arguments.max_wait_time_secs, 0.1
     for tick in itertools.count():
         if count() >= wanted:
+            if wanted:
+                _meet_others(client, count)
             return
         if tick % 10 == 0:
             print(f"Waiting for at least {wanted} matching subscription(s)...")
@@ -73,6 +84,13 @@ def _wait_for_subscriptions(
                 f"Expected {wanted} subscribers but only got {count()} subscribers"
             )
         client.run_until(lambda: count() >= wanted, period, required=False)
+
+
+def _meet_others(client: Client, count: Callable[[], int]) -> None:
+    """Wait until no further subscription is met: a topic may have several, as /goal_pose has."""
+    known = count()
+    if client.run_until(lambda: count() > known, _QUIET, required=False):
+        _meet_others(client, count)
 
 
 def call(arguments: argparse.Namespace) -> None:

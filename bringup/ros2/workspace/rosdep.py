@@ -24,10 +24,6 @@ _BUILD = re.compile(
     r"|ros2(bag|cli|launch|run|topic)|python3?(-dev|-pip|-setuptools|-pytest)?|ros_environment"
 )
 """What builds, tests and starts packages: `colcon` and `ros2` do without it, or are that."""
-_WHOLE = """desktop gazebo_plugins gazebo_ros2_control gazebo_ros_pkgs gz_ros2_control
-ign_ros2_control navigation2 ros2_control ros2_controllers ros_base ros_gz ros_ign turtlebot3
-turtlebot3_simulations turtlebot4_simulator"""
-"""Packages that stand for others, or for plug-ins of Gazebo that `arjuna sim` reads itself."""
 _MODULES = {"opencv": "cv2", "pil": "PIL", "yaml": "yaml", "pyyaml": "yaml", "serial": "serial"}
 _NOTHING = ("fix-permissions", "init", "update")
 _COMMANDS = ("check", "install", "keys", *_NOTHING)
@@ -97,7 +93,7 @@ def _report(needs: dict[str, list[str]], command: str) -> bool:
 
 
 def _is_here(key: str, packages: set[str]) -> bool:
-    if key in packages or key in _WHOLE.split() or _BUILD.fullmatch(key):
+    if key in packages or _BUILD.fullmatch(key):
         return True
     module = _module(key) or key
     return module.isidentifier() and find_spec(module) is not None

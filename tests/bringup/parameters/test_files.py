@@ -9,6 +9,7 @@ import pytest
 
 from arjuna_core.config import param
 from arjuna_core.errors import InputFileError
+from arjuna_core.files.shipped import shipped_file
 from bringup.parameters.files import for_node, lines_of, load_parameters, node_of, sim_time_of
 from bringup.parameters.listing import differences, dump, values_of
 from tests.helpers.files import written
@@ -24,6 +25,11 @@ def test_nested_nodes_and_names_are_flattened(tmp_path: Path) -> None:
         "amcl": {"alpha1": 0.1, "initial_pose.x": 1.0},
         "global_costmap/global_costmap": {"resolution": 0.1},
     }
+
+
+def test_the_shipped_file_drives_on_from_a_waypoint_as_nav2s() -> None:
+    shipped = load_parameters([shipped_file("params/arjuna_nav.yaml")])
+    assert shipped["waypoint_follower"] == {"stop_on_failure": False}
 
 
 def test_a_later_file_wins_value_by_value(tmp_path: Path) -> None:

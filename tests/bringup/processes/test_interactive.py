@@ -28,6 +28,12 @@ def test_remappings_reach_the_processes() -> None:
     assert "--remap" not in host_command("sim", Path("p"), parse(["sim"]))
 
 
+@pytest.mark.parametrize("rule", ["docking_server:cmd_vel:=unused", "amcl:rostopic://scan:=front"])
+def test_a_remapping_may_be_that_of_one_node(rule: str) -> None:
+    arguments = parse(["nav", "--slam", "--remap", rule])
+    assert host_command("navigation", Path("p"), arguments)[-1] == rule
+
+
 def test_a_remapping_is_checked(capsys: pytest.CaptureFixture[str]) -> None:
     with pytest.raises(SystemExit, match="2"):
         parse(["nav", "--slam", "--remap", "scan=/front"])

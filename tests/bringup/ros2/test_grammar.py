@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import argparse
+import itertools
 import os
 import re
 import shlex
 import subprocess
 import sys
 import threading
+from collections.abc import Callable
+from contextlib import nullcontext
 from pathlib import Path
+from types import SimpleNamespace
 from unittest.mock import Mock
 
 import pytest
+from std_msgs.msg import String
 
 from arjuna_core.files.shipped import shipped_file
 from bringup.cli import parse
@@ -20,7 +25,7 @@ from bringup.ros2.grammar import VERBS, build_parser, choices_of
 from bringup.ros2.launches import LAUNCHES
 from bringup.ros2.main import main, real_ros2, without_wheels
 from bringup.ros2.roslaunch import commands_of, is_ros1
-from bringup.ros2.verbs import forward, launch, multicast
+from bringup.ros2.verbs import forward, launch, multicast, send
 from bringup.ros2.verbs.forward import RosArguments, ros_arguments
 
 pytestmark = pytest.mark.ros
@@ -158,6 +163,58 @@ def test_a_datagram_is_sent_and_received(capsys: pytest.CaptureFixture[str]) -> 
         if not listening.is_alive():
             break
     assert re.search(r"Received from [0-9.]+:[0-9]+: 'Hello World!'\n", capsys.readouterr().out)
+
+
+def test_doctors_hello_counts_who_greets(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    taken, rounds = list[Callable[[String], None]](), itertools.count()
+
+    def greet(seconds: float) -> None:
+        if next(rounds) == 12:
+            raise KeyboardInterrupt
+        taken[0](String(data="hello, it's me far"))
+        multicast._send("hello, it's me near", None)
+
+    node = Mock(create_subscription=lambda kind, topic, take, depth: taken.append(take))
+    client = SimpleNamespace(node=node, pause=greet)
+    monkeypatch.setattr(multicast, "Client", lambda **given: nullcontext(client))
+    ticks = itertools.count(0.0, 0.1)
+    monkeypatch.setattr(multicast, "time", SimpleNamespace(monotonic=lambda: next(ticks)))
+    assert main(["doctor", "hello"]) == 0
+    printed = capsys.readouterr().out
+    sent = r"Topic: /canyouhearme, Published Msg Count: \d+\nSubscribed from:\n.*\n +far +\d+ +\n"
+    assert re.search(sent, printed)
+    assert re.search(r"225.0.0.1/49150, Sent.*\nReceived from:\n.*\n +near +\d+ +\n-+\n", printed)
+
+
+def test_ros2_test_is_launch_test(monkeypatch: pytest.MonkeyPatch) -> None:
+    started = Mock()
+    monkeypatch.setattr(os, "execv", started)
+    main(["test", "--package-name", "robot", "run.test.py", "use_sim_time:=true"])
+    words = "-m launch_testing.launch_test --package-name robot run.test.py use_sim_time:=true"
+    assert started.call_args.args[1][1:] == words.split()
+
+
+def test_pub_waits_for_all_who_listen_and_until_they_have_it(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    done, met = list[str](), iter([True, True, False])
+    publisher = SimpleNamespace(
+        get_subscription_count=lambda: 1,
+        publish=lambda message: done.append(message.data),
+        wait_for_all_acked=lambda limit: done.append("had"),
+    )
+
+    def another(*given: object, **named: object) -> bool:
+        done.append("looked")
+        return next(met)
+
+    node = Mock(create_publisher=lambda *given: publisher)
+    client = SimpleNamespace(node=node, pause=lambda seconds: None, run_until=another)
+    monkeypatch.setattr(send, "Client", lambda *given: nullcontext(client))
+    main(["topic", "pub", "--once", "/late", "std_msgs/msg/String", "{data: sent}"])
+    assert done == ["looked", "looked", "looked", "sent", "had"]
 
 
 def test_an_unknown_program_names_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:

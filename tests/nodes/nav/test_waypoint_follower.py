@@ -29,7 +29,8 @@ SQUARE = SE2(0.5, 0.0), SE2(0.5, 0.5), SE2(0.0, 0.5)
 
 
 def made(**parameters: Any) -> PlayedRobot:
-    return started(*NAVIGATION_GROUP.nodes, waypoint_follower=parameters)
+    given = {"stop_on_failure": True, **parameters}
+    return started(*NAVIGATION_GROUP.nodes, waypoint_follower=given)
 
 
 def follow(robot: PlayedRobot, *poses: SE2, **fields: int) -> Goal:

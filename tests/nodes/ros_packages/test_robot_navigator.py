@@ -279,6 +279,19 @@ def test_both_costmaps_are_cleared(navigator: BasicNavigator, nav2: StandIn) -> 
     assert len(nav2.cleared) == 2
 
 
+def test_time_allowances_may_have_fractions(
+    navigator: BasicNavigator, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    goals = list[Any]()
+    monkeypatch.setattr(navigator, "_start", lambda client, goal, doing: goals.append(goal))
+    navigator.spin(time_allowance=1.5)
+    navigator.driveOnHeading(time_allowance=2.0)
+    navigator.backup(time_allowance=4)
+    navigator.assistedTeleop(3)
+    found = [(each.time_allowance.sec, each.time_allowance.nanosec) for each in goals]
+    assert found == [(1, 500_000_000), (2, 0), (4, 0), (3, 0)]
+
+
 def test_a_server_that_is_not_there_is_named(
     navigator: BasicNavigator, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -12,6 +12,7 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from ament_index_python import get_package_prefix
 from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import SpawnEntity
 
@@ -19,6 +20,7 @@ from arjuna_core.files.shipped import shipped_file
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.programs import gazebo
+from bringup.ros2.verbs.forward import PROGRAMS
 from tests.sim.robot_worlds import Held, write
 
 pytestmark = pytest.mark.ros
@@ -183,6 +185,25 @@ def test_a_robot_lives_where_its_file_s_topics_and_its_describer_are(
 def test_gazebo_s_window_is_asked_in_vain(capsys: pytest.CaptureFixture[str]) -> None:
     gazebo.serve(["service", "-s", "/gui/move_to/pose", "--req", "pose: {position: {x: -0.5}}"])
     assert "'arjuna view' shows the world" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("words", "run"),
+    [(["sim", "-g", "-v", "2"], gazebo.serve), ([], PROGRAMS["gazebo_ros", "gzclient"])],
+)
+def test_gazebos_window_stays_open(
+    monkeypatch: pytest.MonkeyPatch, words: list[str], run: Any
+) -> None:
+    held = list[bool]()
+    monkeypatch.setattr(signal, "pause", lambda: held.append(True))
+    run(words)
+    assert held, "launch files end all with it"
+
+
+@pytest.mark.parametrize("package", ["gz_ros2_control", "gazebo_plugins", "turtlebot3"])
+def test_packages_of_plugins_have_a_folder(package: str) -> None:
+    add_prefix()
+    assert Path(get_package_prefix(package), "share", package, "package.xml").is_file()
 
 
 def test_gazebos_programs_are_the_simulator() -> None:

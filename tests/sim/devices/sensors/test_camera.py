@@ -155,15 +155,29 @@ CLOUD = "<pointCloudTopicName>{}</pointCloudTopicName>"
             plugin(NAMED + DEPTH.format("/far") + CLOUD.format("dots")),
             {"topic": "left/image_raw", "depth_topic": "/far", "cloud_topic": "left/dots"},
         ),
+        # a remapping names the topic whole; ~ is the plug-in, which is seldom named as its camera
         (
             False,
-            plugin(REMAPPED.format("<remapping>~/image_raw:=seen</remapping>")),
-            {"topic": "seen", "info_topic": "eye/camera_info"},
+            plugin(REMAPPED.format(WHOLE.format("image_raw", "seen"))),
+            {"topic": "eye/image_raw"},
         ),
-        (  # a target of several parts is whole
+        (
             False,
-            plugin(NAMED + REMAPPED.format("<remapping>~/image_raw:=front/rgb</remapping>")),
-            {"topic": "front/rgb", "info_topic": "left/camera_info"},
+            plugin(NAMED + REMAPPED.format(WHOLE.format("~/image_raw", "front/rgb"))),
+            {"topic": "left/image_raw"},
+        ),
+        (
+            False,
+            plugin(
+                "<camera_name>p</camera_name>"
+                + REMAPPED.format(WHOLE.format("~/image_raw", "~/rgb"))
+            ),
+            {"topic": "p/rgb"},
+        ),
+        (
+            False,
+            plugin(NAMED + REMAPPED.format(WHOLE.format("/left/image_raw", "seen"))),
+            {"topic": "seen", "info_topic": "left/camera_info"},
         ),
         (False, plugin(""), {"topic": "eye/image_raw"}),
         (False, plugin(NAMED + REMAPPED.format(SPACE)), {"topic": "/r1/left/image_raw"}),
