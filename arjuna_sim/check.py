@@ -170,11 +170,20 @@ def _robot_lines(robot: RobotModel) -> Iterator[str]:
     yield from _drive_lines(robot)
     yield from _joint_lines(robot.settings)
     yield from _sensor_lines(robot.settings, urdf)
-    for name, mu in robot.settings.friction.items():
-        yield f"  friction of {name}: {mu:g}"
-    for name, values in robot.settings.stiffness.items():
-        read = ", ".join(f"{key} {value:g}" for key, value in values.items())
-        yield f"  contact of {name}: {read} (the simulator's own tyres hold instead)"
+    frictions = {name: f"{mu:g}" for name, mu in robot.settings.friction.items()}
+    yield from (f"  friction of {names}: {mu}" for names, mu in _alike(frictions))
+    contacts = {
+        name: ", ".join(f"{key} {value:g}" for key, value in values.items())
+        for name, values in robot.settings.stiffness.items()
+    }
+    for names, read in _alike(contacts):
+        yield f"  contact of {names}: {read} (the simulator's own tyres hold instead)"
+
+
+def _alike(texts: dict[str, str]) -> Iterator[tuple[str, str]]:
+    """Yield what links have in common, each with those links: wheels have tens of rollers."""
+    for text in dict.fromkeys(texts.values()):
+        yield ", ".join(name for name, each in texts.items() if each == text), text
 
 
 def _shapes(parts: tuple[Part, ...]) -> str:

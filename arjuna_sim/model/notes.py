@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
 
-_NAMED = re.compile(r"(link|model|joint|gazebo) '([^']*)'(.*)", re.DOTALL)
+_NAMED = re.compile(r"(link|model|joint|gazebo|actor) '([^']*)'(.*)", re.DOTALL)
 
 
 class NoteKind(Enum):
@@ -41,7 +41,7 @@ class Note:
 
 
 def gathered(notes: Iterable[Note]) -> tuple[str, ...]:
-    """Return the texts of notes; what they say of several links, models or joints is one line."""
+    """Return the texts of notes; what they say of several of one kind is one line."""
     found: dict[tuple[str, str], list[str]] = {}
     for note in notes:
         match = _NAMED.fullmatch(note.text)

@@ -138,6 +138,18 @@ def test_a_robot_is_reported_link_by_link(
     assert sill[0].endswith(" mm at 0.3 m/s; a higher one stops base")
 
 
+def test_links_of_one_friction_share_a_line(tmp_path: Path) -> None:
+    """Thirty-six rollers were seventy-two lines."""
+    grip = "<gazebo reference='{}'><mu1>{}</mu1><kp>5e4</kp></gazebo>"
+    given = (("left_wheel", 0.5), ("base", 0.7), ("right_wheel", 0.5))
+    text = _ROBOT.format(plugin="").replace("<mu1>0.7</mu1>", "")
+    text = text.replace("</robot>", "".join(grip.format(*each) for each in given) + "</robot>")
+    said = _found(tmp_path, "r.urdf", text).lines
+    assert "  friction of left_wheel, right_wheel: 0.5" in said
+    (contact,) = (line for line in said if line.startswith("  contact of ") and "50000" in line)
+    assert contact.startswith("  contact of base, left_wheel, right_wheel: kp 50000")
+
+
 _POST = f"""<robot name="post"><link name="world"/><link name="pole">{_INERTIAL.format(9)}</link>
 <joint name="j" type="fixed"><parent link="world"/><child link="pole"/></joint>{{}}</robot>"""
 _ROWS = """<gazebo reference="pole"><sensor name="rows" type="gpu_ray"><ray><scan><horizontal>

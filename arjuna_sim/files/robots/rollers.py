@@ -20,11 +20,12 @@ def rollers_of(urdf: Urdf, wheel: str) -> tuple[str, ...]:
     """Return the joints of the rollers that a wheel's joint carries; none for a plain wheel.
 
     They turn about other axes than the wheel, which lies: a base that turns carries wheels.
+    Fixed joints may lie between: a hub in parts.
     """
     if urdf.joints[wheel].kind != "continuous":
         return ()
-    carried = (j for j in urdf.joints.values() if j.parent == urdf.joints[wheel].child)
-    found = tuple(joint.name for joint in carried if joint.kind == "continuous")
+    turning = (joint for joint in urdf.joints.values() if joint.kind == "continuous")
+    found = tuple(joint.name for joint in turning if _turns(urdf, joint.parent) == wheel)
     if len(found) < _LEAST or abs(float(axis(urdf, wheel)[2])) > 0.5:
         return ()
     own = axis(urdf, wheel)
@@ -33,8 +34,13 @@ def rollers_of(urdf: Urdf, wheel: str) -> tuple[str, ...]:
 
 def is_roller(urdf: Urdf, joint: str) -> bool:
     """Return whether a joint is that of a wheel's roller."""
-    wheel = next(urdf.above(urdf.joints[joint].parent), None)
-    return wheel is not None and joint in rollers_of(urdf, wheel.name)
+    wheel = _turns(urdf, urdf.joints[joint].parent)
+    return wheel is not None and joint in rollers_of(urdf, wheel)
+
+
+def _turns(urdf: Urdf, link: str) -> str | None:
+    """Return the joint that moves a link, past fixed ones; None where nothing does."""
+    return next((joint.name for joint in urdf.above(link) if joint.kind != "fixed"), None)
 
 
 def on_whole_wheels(xml: XmlFile, urdf: Urdf) -> tuple[Urdf, dict[str, tuple[float, float]]]:

@@ -26,3 +26,9 @@ def test_what_differs_stays_apart_and_in_order() -> None:
         "link 'a': is light",
     )
     assert _gathered(*lines) == lines
+
+
+def test_actors_are_gathered_too() -> None:
+    walkers = [f"actor 'a{i}': an upright cylinder stands for its skin" for i in range(10)]
+    said = "actor 'a0', 'a1', 'a2' and 7 more: an upright cylinder stands for its skin"
+    assert _gathered(*walkers) == (said,)

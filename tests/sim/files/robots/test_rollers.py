@@ -32,6 +32,24 @@ def test_a_wheel_reaches_as_far_as_its_rollers(tmp_path: Path, omni: bool) -> No
     assert len(notes) == len(names)
 
 
+def test_a_hub_in_parts_carries_its_rollers(tmp_path: Path) -> None:
+    """Of a shaft that a motor turns and a housing fixed to it, which holds the rollers."""
+    path = cases.on_real_rollers(True).write(tmp_path)
+    robot = load_robot(path, SearchPath())
+    names, text = robot.drive.wheels, path.read_text()
+    for name in names:
+        child = robot.urdf.joints[name].child
+        text = text.replace(f"<parent link='{child}'/>", f"<parent link='{child}_hub'/>")
+        hub = f"<link name='{child}_hub'/><joint name='{child}_hub' type='fixed'>"
+        hub += f"<parent link='{child}'/><child link='{child}_hub'/></joint></robot>"
+        text = text.replace("</robot>", hub)
+    assert f"<parent link='{child}_hub'/>" in text
+    path.write_text(text)
+    whole = load_robot(path, SearchPath())
+    assert whole.drive == robot.drive
+    assert all(len(rollers_of(whole.urdf, name)) == 8 for name in names)
+
+
 @pytest.mark.parametrize("axis", ["0 0 1", "0 1 0"])
 def test_wheels_of_what_turns_are_no_rollers(tmp_path: Path, axis: str) -> None:
     """A base on a joint about the vertical, and a bogie on one that lies as its wheels' axles."""
