@@ -120,8 +120,8 @@ class TrackerConfig(MatcherConfig):
     )
     widest_search_space_dimension: float = length_param(
         2.0,
-        "Width up to which the window is doubled while less than half of the scan's points match:"
-        " wheels slipped farther.",
+        "Width up to which the window is doubled, with its angle, while less than half of the scan's"
+        " points match: wheels slipped farther.",
         maximum=10.0,
         theirs=0.0,
     )
@@ -204,8 +204,14 @@ class Tracker:
         best = self._matcher.match(reference, surface, prior, window, least, information)
         widest = 0.5 * self._config.widest_search_space_dimension
         while best.response < _SURE and 0.0 < window.xy <= 0.5 * widest:
-            farther = 4.0 * window.distance_penalty  # a slip is no less likely for its length
-            window = replace(window, xy=2.0 * window.xy, distance_penalty=farther)
+            # A slip is no less likely for its length, nor the turn of a track width too narrow.
+            window = replace(
+                window,
+                xy=2.0 * window.xy,
+                theta=min(2.0 * window.theta, math.pi),
+                distance_penalty=4.0 * window.distance_penalty,
+                angle_penalty=4.0 * window.angle_penalty,
+            )
             found = self._matcher.match(reference, surface, prior, window, least, information)
             best = found if found.response > best.response else best
         return best

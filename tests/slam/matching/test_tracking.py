@@ -223,6 +223,11 @@ def test_what_matches_badly_is_searched_for_farther_away(
     assert [how[3].xy for how in scripted.searched] == pytest.approx(searched)
     penalties = [0.25 * 4.0**k for k in range(len(searched))]
     assert [how[3].distance_penalty for how in scripted.searched] == pytest.approx(penalties)
+    assert [how[3].angle_penalty for how in scripted.searched] == pytest.approx(
+        [4.0 * penalty for penalty in penalties]
+    )
+    angles = [0.349 * 2.0**k for k in range(len(searched))]
+    assert [how[3].theta for how in scripted.searched] == pytest.approx(angles)
     assert match.response == best
 
 
