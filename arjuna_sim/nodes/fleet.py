@@ -69,6 +69,9 @@ class SimulatedRobotNode(ManagedNode):
 class RobotNodes:
     """A robot's own topics, its description and, where it is wanted, its filter of odometry.
 
+    A launch file's robot_state_publisher describes it where the configuration says so, or where it
+    is seen: at the start of a process nothing may have been seen yet.
+
     Raises:
         RobotStartError: They could not be configured; nothing is left of them.
     """
@@ -79,7 +82,8 @@ class RobotNodes:
         self.namespace, self.robot = namespace, robot
         self._process = Process("robot", True, namespace=namespace, beside=beside)
         self._node = SimulatedRobotNode(self._process, {"robot": str(robot.model.urdf.path)})
-        is_described = self._node.count_publishers("robot_description") > 0  # by a launch file
+        is_described = config.frames_of_file
+        is_described |= self._node.count_publishers("robot_description") > 0
         config = dataclasses.replace(config, frames_of_file=is_described)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config
         self._nodes: list[ManagedNode] = [self._node]
@@ -216,14 +220,11 @@ class Fleet:
             # who asks for it may be answered by one of these nodes' own events, still queued
             self._node.process.executor.create_task(gone.destroy)
         for name in [n for n in robots if n != SOLO and n not in self._nodes]:
-            namespace = self._namespaces.get(name, name)
-            made = RobotNodes(
-                self._node.process,
-                namespace,
-                robots[name],
-                self._simulation.stage,
-                self._node.config,
-            )
+            namespace, config = self._namespaces.get(name, name), self._node.config
+            if name in self._namespaces:  # spawned later: another launch file's, or nobody's
+                config = dataclasses.replace(config, frames_of_file=False)
+            process, stage = self._node.process, self._simulation.stage
+            made = RobotNodes(process, namespace, robots[name], stage, config)
             if self._node.active:
                 made.activate()
             self._nodes[name] = made

@@ -1,11 +1,12 @@
 """Occupancy: counts of beams that pass through and end in each cell of a grid that grows.
 
 A cell is occupied where more than two beams came and more than a tenth of them ended there, free
-where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto). By it alone a noisy
-lidar makes walls three cells thick; so, unless `thin_walls` is off, a cell in whose line clearly
-fewer beams ended than in the line beside is the fringe of that one, and not occupied. Cells lie
-centred on multiples of their edge: walls stand at round coordinates more often than not, and one on
-the border of two cells occupies both, each half a cell off.
+where fewer ended, unknown where fewer came: the rule of slam_toolbox (Karto), which counts a beam
+twice where it ends (`OccupancyGrid::RayTrace`), so that two of one scan make a wall. By it alone a
+noisy lidar makes walls three cells thick; so, unless `thin_walls` is off, a cell in whose line
+clearly fewer beams ended than in the line beside is the fringe of that one, and not occupied. Cells
+lie centred on multiples of their edge: walls stand at round coordinates more often than not, and
+one on the border of two cells occupies both, each half a cell off.
 """
 
 from __future__ import annotations
@@ -193,9 +194,10 @@ def _classify(
     height, width = passes.shape
     for r in range(box[0], min(box[1] + 1, height)):
         for c in range(box[2], min(box[3] + 1, width)):
-            if passes[r, c] <= passes_min:
+            came = passes[r, c] + hits[r, c]
+            if came <= passes_min:
                 data[r, c] = UNKNOWN
-            elif hits[r, c] <= hit_share * passes[r, c]:
+            elif hits[r, c] <= hit_share * came:
                 data[r, c] = FREE
             elif not (thin and _is_fringe(hits, r, c)):
                 data[r, c] = OCCUPIED

@@ -206,6 +206,8 @@ def other_names(
         keys = keys_by_name(spec, values)
         for what, its_own in given.items():
             valid = its_own | _MAPS.get(what, set())
+            if namespace and what.endswith("topic"):  # said with the namespace or within it
+                valid |= {name.removeprefix(f"{namespace}/") for name in its_own}
             for key in keys[what] if its_own else ():
                 name = str(values.get(key) or "").removeprefix(f"/{namespace}/").strip("/")
                 if name and name not in valid:

@@ -104,6 +104,8 @@ def _spawn(
     space = request.entity_namespace.strip("/")
     described = client.node.count_publishers(f"/{space}/robot_description".replace("//", "/"))
     own = ["--without-description"] if described or space else []
+    if space and not described:  # its own robot_state_publisher, below the namespace
+        own += ["--param", "sim:frames_of_file:=false"]
     wanted.append([*options, *(["--namespace", space] if space else []), *own])
     response.result.result = Result.RESULT_OK
     return response

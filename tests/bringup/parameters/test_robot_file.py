@@ -252,6 +252,17 @@ def test_names_that_nothing_gives_are_told_with_the_robot_s(
     assert check_file(Path(file)).remarks == [], "it may be of a robot that is not here"
 
 
+@pytest.mark.parametrize(("topic", "is_said"), [("/a/scan", False), ("/b/scan", True)])
+def test_topics_of_a_namespaced_robot_are_its_own(
+    topic: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """A robot's file that says its namespace in its topics was told that nothing gives them."""
+    robot = changed(tmp_path, "urdf/burger.urdf", ("~/out:=scan", "~/out:=/a/scan"))
+    file, _ = with_names(tmp_path, "scan_topic", topic)
+    words = ["nav", "--slam", "--params", file, "--robot", str(robot), "--namespace", "a"]
+    assert bool(said_of(words, capsys)) is is_said
+
+
 @pytest.mark.parametrize(("what", "is_said"), [("odom_topic", False), ("scan_topic", True)])
 def test_robot_localization_may_give_the_odometry(
     what: str, is_said: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]

@@ -167,6 +167,16 @@ def test_a_spawned_robot_s_file_can_be_asked_for(bench: RosBench) -> None:
     assert named_robot(value.string_value, "").urdf.name == "burger"
 
 
+@pytest.mark.parametrize("described", [True, False])
+def test_a_robot_of_the_start_is_described_as_it_is_said(described: bool, bench: RosBench) -> None:
+    """A process that has just begun had not seen who describes it, and its frames were doubled."""
+    start_sim(bench, world=WORLD, namespaces=("a", "b"), frames_of_file=described)
+    assert spawn(bench, "bob", uri="", text=BURGER).result.result == OK
+    wanted = {"a": not described, "b": not described, "bob": True}
+    topics = {name: f"/{name}/robot_description" for name in wanted}
+    assert {n: bool(bench.node.count_publishers(t)) for n, t in topics.items()} == wanted
+
+
 @pytest.mark.parametrize(("described", "frame"), [(True, "base_scan"), (False, "base_scan_lds")])
 def test_who_describes_a_robot_decides_its_frames(
     described: bool, frame: str, bench: RosBench

@@ -188,7 +188,9 @@ def before_a_wall(ends: dict[int, int], heading: float) -> list[int]:
     ("ends", "cells"),
     [
         ({11: 300}, [FREE, FREE, OCCUPIED, UNKNOWN]),
-        ({11: 2}, [UNKNOWN] * 4),
+        # One beam is not enough; of two that end in a cell each counts twice, as Karto has it.
+        ({11: 1}, [UNKNOWN] * 4),
+        ({11: 2}, [UNKNOWN, UNKNOWN, OCCUPIED, UNKNOWN]),
         ({11: 3}, [FREE, FREE, OCCUPIED, UNKNOWN]),
         ({10: 100, 11: 200}, [FREE, FREE, OCCUPIED, UNKNOWN]),
         # Clearly fewer end before it: 0.65 of those beside, less half a deviation of that number.
