@@ -120,8 +120,8 @@ class TrackerConfig(MatcherConfig):
     )
     widest_search_space_dimension: float = length_param(
         2.0,
-        "Width up to which the window is doubled, with its angle, while less than half of the scan's"
-        " points match: wheels slipped farther.",
+        "Width up to which the window is doubled, with its angle, while less than half of the"
+        " scan's points match: wheels slipped farther.",
         maximum=10.0,
         theirs=0.0,
     )
