@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import math
+import threading
 from collections.abc import Callable
 from typing import Any
 
@@ -98,8 +99,13 @@ class Printer:
 
     def show(self, message: Any, info: Any) -> None:
         """Print a message, and when it was sent and received if that is given."""
-        if self.finished:
-            return
+        try:
+            if not self.finished:
+                self._print(message, info)
+        except BrokenPipeError:  # nobody reads any more: rclpy would log it as fatal
+            self.finished = True
+
+    def _print(self, message: Any, info: Any) -> None:
         value = message
         for field in self._fields:
             try:
@@ -129,6 +135,7 @@ def service(arguments: argparse.Namespace) -> None:
     name = full_name(arguments.service_name)
     length = None if arguments.full_length else arguments.truncate_length
     abridge = Abridge(length, arguments.no_arr, arguments.no_str)
+    unread = threading.Event()
 
     def show(event: Any) -> None:
         kind = _EVENTS[event.info.event_type]
@@ -140,9 +147,13 @@ def service(arguments: argparse.Namespace) -> None:
         shown["info"]["event_type"] = kind
         if arguments.exclude_message_info:
             shown.pop("info")
-        print(
+        text = (
             to_csv(event, abridge) if arguments.csv else dump(shown, arguments.flow_style) + "---"
         )
+        try:
+            print(text)
+        except BrokenPipeError:
+            unread.set()
 
     with Client(arguments) as client:
         given = arguments.service_type
@@ -156,4 +167,4 @@ def service(arguments: argparse.Namespace) -> None:
         client.node.create_subscription(
             event, f"{name}/_service_event", show, qos_profile_services_default
         )
-        client.pause()
+        client.run_until(unread.is_set, required=False)

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import os
 import re
 import signal
+import subprocess
+import sys
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
-from tests.helpers.processes import Lines
+from tests.helpers.processes import DEADLINE, Lines
 from tests.helpers.ros2.commands import Outcome
 from tests.nodes.bringup.ros2.conftest import ENVIRONMENT
 
@@ -189,3 +192,17 @@ def test_runs_until_interrupted(line: str, monkeypatch: pytest.MonkeyPatch) -> N
         expected = 0 if of_a_node else signal.SIGINT
         assert process.read_to_end() == expected, process.seen
         assert not [text for text in process.seen if "Traceback" in text]
+
+
+@pytest.mark.parametrize("words", ["topic echo /chatter", "topic echo -i /chatter"])
+def test_echo_ends_in_order_where_nobody_reads_any_more(words: str, stand_in: None) -> None:
+    command = [sys.executable, "-m", "bringup.ros2.main", *words.split()]
+    environment = {**os.environ, **ENVIRONMENT}
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, env=environment, stdout=pipe, stderr=pipe) as process:
+        assert process.stdout is not None
+        assert process.stderr is not None
+        assert process.stdout.readline()
+        process.stdout.close()
+        process.wait(DEADLINE)
+        assert process.stderr.read() == b""
