@@ -186,11 +186,13 @@ class ParticleFilter:
         unlikely = max(matched, score) < self._config.relocalize_doubt
         if unlikely and max(deviations[:2]) > _WIDE:
             pose, matched = self._best_within(cluster, view, pose, matched)
-        if kept is not None:
+        if kept is None:
+            return pose, matched
+        fits = view.returned * (matched - score) > _INDIFFERENT
+        if fits:  # not for what lies in the unknown alone
             gain = self._matcher.explained(pose, view) - self._matcher.explained(kept, view)
-            if view.returned * min(gain, matched - score) <= _INDIFFERENT:
-                return kept, score
-        return pose, matched
+            fits = view.returned * gain > _INDIFFERENT
+        return (pose, matched) if fits else (kept, score)
 
     def _best_within(
         self, cluster: Cluster, view: ScanView, pose: SE2, score: float
