@@ -51,9 +51,9 @@ def subscribe_velocity(
     """
 
     def take(message: Any) -> None:
-        velocity = velocity_from_twist(getattr(message, "twist", message))
+        is_stamped = isinstance(message, TwistStamped)
+        velocity = velocity_from_twist(message.twist if is_stamped else message)
         if velocity.is_finite:
-            is_stamped = isinstance(message, TwistStamped)
             on_stamp(seconds(message.header.stamp) if is_stamped else node.now)
             callback(velocity)
         else:

@@ -82,8 +82,8 @@ class RobotNodes:
         self.namespace, self.robot = namespace, robot
         self._process = Process("robot", True, namespace=namespace, beside=beside)
         self._node = SimulatedRobotNode(self._process, {"robot": str(robot.model.urdf.path)})
-        is_described = config.frames_of_file
-        is_described |= self._node.count_publishers("robot_description") > 0
+        seen = self._node.count_publishers("robot_description") > 0
+        is_described = config.frames_of_file or seen
         config = dataclasses.replace(config, frames_of_file=is_described)
         self._node.robot, self._node.stage, self._node.simulated = robot, stage, config
         self._nodes: list[ManagedNode] = [self._node]

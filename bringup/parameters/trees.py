@@ -21,6 +21,7 @@ _IDS = {
     "smoother_id": ("smoother_server", "smoother_plugins"),
 }
 """Ports that name a plug-in: its server, and the parameter that lists it."""
+_LISTS = (("behavior_server", "behavior_plugins"), *_IDS.values())
 
 
 def without_other_trees(parameters: Parameters, problems: list[str]) -> list[Remark]:
@@ -59,9 +60,9 @@ def lacking_for_trees(parameters: Parameters, base: Parameters) -> list[Remark]:
         parameters: Valid ones; the trees that they name are there.
         base: Those of which nothing is to be said.
     """
-    servers = {_NAVIGATOR, "behavior_server", *(server for server, _ in _IDS.values())}
-    if all(parameters.get(name) == base.get(name) for name in servers):
+    if _chosen(parameters) == _chosen(base):  # spares a start 0.3 s of reading trees
         return []
+    servers = {_NAVIGATOR, *(server for server, _ in _LISTS)}
     configs = {spec.name: spec.config for spec in all_nodes()}
     whole = {name: values_of(configs[name], for_node(parameters, name)) for name in servers}
     navigator, found = whole[_NAVIGATOR], dict[tuple[str, str], Remark]()
@@ -77,6 +78,12 @@ def lacking_for_trees(parameters: Parameters, base: Parameters) -> list[Remark]:
                 where = f"{server}: {listed}"
                 found.setdefault((where, name), Remark(Kind.UNKNOWN, where, reason))
     return list(found.values())
+
+
+def _chosen(parameters: Parameters) -> Any:
+    """Return what decides which plug-ins trees call and which there are."""
+    lists = [parameters.get(server, {}).get(listed) for server, listed in _LISTS]
+    return parameters.get(_NAVIGATOR), lists
 
 
 def _called(
@@ -101,7 +108,7 @@ def _called(
         if isinstance(node, Asking) and kind in _BEHAVIORS:
             asked = node.fixed(node.NAMED_BY)
             if asked is not None:
-                yield kind, "behavior_server", "behavior_plugins", asked or node.SERVER
+                yield kind, *_LISTS[0], asked or node.SERVER
         for port, (server, listed) in _IDS.items():
             for given in (port, f"default_{port.removesuffix('_id')}"):
                 if name := node.fixed(given):
