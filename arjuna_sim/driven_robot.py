@@ -177,13 +177,17 @@ class DrivenRobot(StagedSensors):
         return Observation(
             now,
             self._odometry.update(self._encoders(), self._config.tick, angles),
-            self._motion.joint_states(),
+            self.joints(),
             readings[-1] if readings else None,
             self._sensors.scan(self._stage.data, now),
             self.truth(),
             self._stage.contacts(self.name),
             tuple(readings[:-1]),
         )
+
+    def joints(self) -> JointStates:
+        """Return the positions and velocities of its moving joints now."""
+        return self._motion.joint_states()
 
     def truth(self) -> Truth:
         """Return where it is now."""

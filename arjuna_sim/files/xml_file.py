@@ -36,6 +36,13 @@ def _drop_namespace(root: Element) -> None:
         element.tag = element.tag.removeprefix(f"{space}}}")
 
 
+def _join_slashes(root: Element) -> None:
+    """Make `/$(arg namespace)/scan` a topic without a namespace too, as Gazebo's transport does."""
+    for element in root.iter():
+        if "topic" in element.tag.lower() and "//" in (element.text or ""):
+            element.text = re.sub("//+", "/", element.text or "")
+
+
 class XmlFile:
     """A parsed file, and the helpers that turn its text into values.
 
@@ -69,6 +76,7 @@ class XmlFile:
     def _parse(self, tag: str) -> Element:
         root = parse_xml(self.path, self.text, self.error)
         _drop_namespace(root)
+        _join_slashes(root)
         if len(root.get("name", "")) > _TEXT_MAX:
             raise self.error(self.path, f"has a name of more than {_TEXT_MAX} characters")
         if root.tag == before_sdf.ROOT and tag == "sdf":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import Enum
@@ -18,6 +19,10 @@ from arjuna_sim.model.urdf import Hinge, Urdf
 from arjuna_sim.model.world import Actor, Trajectory, World
 
 _PREFIX = "entity:"
+POSES = re.compile(
+    r"/world/[^/]+/(?P<moving>dynamic_)?pose/info|(/world/[^/]+)?/model/(?P<model>[^/]+)/pose"
+)
+"""gz-sim's topics of where entities are: of all, of those that move, of one with PosePublisher."""
 
 
 class EntityError(ArjunaError):

@@ -204,6 +204,13 @@ class SensorSettings:
         return replace(self, topic=self.TOPIC)
 
 
+class PublishedPoses(NamedTuple):
+    """Which poses gz-sim's PosePublisher publishes of a robot: its own, those of its links."""
+
+    of_model: bool = True
+    of_links: bool = False
+
+
 @dataclass(frozen=True)
 class GazeboSettings:
     """What Gazebo tags say of a robot beside its drive.
@@ -219,6 +226,7 @@ class GazeboSettings:
         hardware: Name and class of what ros2_control calls the hardware; "" for none.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
+        poses: Which are published on `/model/NAME/pose`.
     """
 
     sensors: tuple[SensorSettings, ...] = ()
@@ -230,6 +238,7 @@ class GazeboSettings:
     hardware: tuple[str, str] = ("", "")
     reported: tuple[str, ...] = ()
     report_rate: float = 0.0
+    poses: PublishedPoses = field(default_factory=PublishedPoses)
 
     def first(self, kind: type[S]) -> S | None:
         """Return the first sensor of just this kind that serves the robot, None for none."""

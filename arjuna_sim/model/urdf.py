@@ -7,8 +7,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
-import numpy as np
-
 from arjuna_core.pose3 import Pose3
 from arjuna_sim.model.geometry.shapes import Inertial, Part
 
@@ -132,18 +130,15 @@ class Urdf:
         """The mass of all links together [kg]."""
         return sum(link.inertial.mass for link in self.links.values() if link.inertial is not None)
 
-    def T_root(self, link: str, turned: Mapping[str, float] | None = None) -> Pose3:
+    def T_root(self, link: str, moved: Mapping[str, float] | None = None) -> Pose3:
         """Return a link's pose in the root's frame, all joints at position 0.
 
         Args:
-            turned: Angles of joints that turn and are not at 0 [rad].
+            moved: Positions of joints that are not at 0 [rad or m].
         """
         T = Pose3()
         for joint in self.above(link):
-            if angle := (turned or {}).get(joint.name, 0.0):
-                x, y, z = np.array(joint.axis) / np.linalg.norm(joint.axis) * math.sin(angle / 2.0)
-                T = Pose3(quaternion=(math.cos(angle / 2.0), float(x), float(y), float(z))) @ T
-            T = joint.T_parent_child @ T
+            T = joint.at((moved or {}).get(joint.name, 0.0)) @ T
         return T
 
     def above(self, link: str) -> Iterator[Joint]:

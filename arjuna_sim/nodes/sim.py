@@ -24,9 +24,9 @@ from arjuna_sim.nodes.robot_interface import RobotInterface
 from arjuna_sim.nodes.robot_topics import ContactTopic
 from arjuna_sim.nodes.run_memory import RunMemory
 from arjuna_sim.nodes.services.entities import EntityServices
+from arjuna_sim.nodes.services.entity_topics import EntityTopics
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.model_states import StatesOfModels
 from arjuna_sim.nodes.services.simulation import SimulationServices, StepAction
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.pacing import PaceMeter, Pacer
@@ -95,7 +95,7 @@ class SimNode(ManagedNode):
         self._steps = StepAction(self, lambda: self.state)
         answers = SimulationServices(self, self._steps, known.infos.clear).answers
         GazeboServices(self, known, answers | EntityServices(self, known).answers)
-        StatesOfModels(self, known)
+        EntityTopics(self, known)
 
     def activate(self) -> None:
         """Restart pacing, and publish the pose of the world."""

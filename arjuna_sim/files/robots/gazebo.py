@@ -31,12 +31,13 @@ from arjuna_sim.files.robots.plugins import (
     types_of,
 )
 from arjuna_sim.files.sensor_tag import PluginTag, SensorTag, Tags
-from arjuna_sim.files.tag_text import is_true, plain, text_of, texts, value
+from arjuna_sim.files.tag_text import flag, is_true, plain, text_of, texts, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import (
     DriveKind,
     DriveSettings,
+    PublishedPoses,
     SensorSettings,
     sensor_kinds,
 )
@@ -59,6 +60,7 @@ class TagReader:
         tracks: The links that are its left and its right tracks.
         reported: The joints whose states are published; none for all that move.
         report_rate: How often, 0 for each tick [Hz].
+        poses: Which are published on `/model/NAME/pose`.
         truths: By their topics, the frames that OdometryPublishers' messages are in.
 
     Raises:
@@ -75,6 +77,7 @@ class TagReader:
         self.tracks: Sides = (), ()
         self.reported: dict[str, None] = {}
         self.report_rate = 0.0
+        self.poses = PublishedPoses()
         self.truths: dict[str, str] = {}
         self._sensors: list[SensorSettings] = []
         self._renamed: dict[str, dict[str, Any]] = {}
@@ -150,9 +153,16 @@ class TagReader:
         elif is_done(plugin):
             return
         elif "posepublisher" in kind:
-            self._xml.note(f"plugin '{name}': the true pose is published on ground_truth/odom")
+            self.poses = self._poses(plugin)
         else:
             self._xml.note(f"plugin '{name}': not simulated", NoteKind.IGNORED)
+
+    @staticmethod
+    def _poses(plugin: Element) -> PublishedPoses:
+        """Return what a PosePublisher says; of a robot's own pose an older tag speaks as well."""
+        nested = flag(plugin, False, "publishnestedmodelpose")
+        own = flag(plugin, nested, "publishmodelpose")
+        return PublishedPoses(own, flag(plugin, True, "publishlinkpose"))
 
     def _reports(self, plugin: Element, label: str) -> None:
         """Take the joints whose states a plugin publishes; one that names none means all."""

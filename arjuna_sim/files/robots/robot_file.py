@@ -172,6 +172,7 @@ def robot_of(xml: XmlFile, urdf: Urdf, tags: Tags) -> RobotModel:
         *(sensors, friction, tags.colours, tags.stiffness),
         reported=reported,
         report_rate=read.report_rate,
+        poses=read.poses,
         **control._asdict(),
     )
     return RobotModel(urdf, settings, drive, tuple(xml.notes), start)

@@ -16,6 +16,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.model.entities import POSES
 from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
@@ -120,6 +121,8 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
     Gazebo names topics of a robot whose file names none after its model and sensor; here they are
     the robot's own, below its namespace where there are several robots.
     """
+    if POSES.fullmatch(topic.gz):  # there once somebody listens
+        return topic._replace(direction="GZ_TO_ROS")
     if _CLOCK.fullmatch(topic.gz):
         topic = topic._replace(gz="/clock")
     found = _OF_GAZEBO.fullmatch(topic.gz)

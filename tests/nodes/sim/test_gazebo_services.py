@@ -16,7 +16,6 @@ from arjuna_core.ros.context import class_of
 from arjuna_core.ros.convert import quaternion
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
-from arjuna_sim.nodes.services.model_states import StatesOfModels
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_in
 
@@ -61,13 +60,6 @@ def test_entities_come_move_and_go(ask: Any) -> None:
     assert moved.header.frame_id == "world"
     assert ask("delete_entity", name="crate").success
     assert "crate" not in ask("get_model_list").model_names
-
-
-def test_all_models_have_a_state(bench: RosBench) -> None:
-    sim = start_in(bench)
-    message = StatesOfModels(sim, KnownEntities(sim.simulator)).message()
-    assert len(message.name) == len(message.pose) == len(message.twist) > 0
-    assert message.header.frame_id == "world"
 
 
 def test_poses_are_relative_to_an_entity_where_it_is_named(ask: Any) -> None:

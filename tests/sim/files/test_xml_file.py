@@ -94,6 +94,12 @@ def test_an_error_says_why_a_file_is_invalid() -> None:
         XmlFile(Path("w.sdf"), "sdf", WorldError, b"<sdf>\n<a></sdf>")
 
 
+def test_a_topic_below_an_empty_namespace_is_one() -> None:
+    """As `/$(arg namespace)/imu` is without the argument; other texts stay."""
+    root = file("<topicName>//a///b</topicName><uri>file:///a</uri>").root
+    assert [child.text for child in root] == ["/a/b", "file:///a"]
+
+
 def test_the_namespace_of_all_tags_is_none() -> None:
     text = b"<sdf xmlns='http://a.b/c' xmlns:x='http://x'><link name='l'/><x:link/></sdf>"
     xml = XmlFile(Path("w.sdf"), "sdf", WorldError, text)

@@ -182,6 +182,11 @@ def test_messages_come_under_the_other_name_while_somebody_listens(bench: RosBen
     assert [message.data for message in heard] == ["now"]
 
 
+def test_poses_of_entities_come_from_the_simulator_by_gazebo_s_names(bench: RosBench) -> None:
+    poses = Bridged("/model/a/pose", "/truth", STRING, "BIDIRECTIONAL")
+    assert simulated(bench.node, poses) == poses._replace(direction="GZ_TO_ROS")
+
+
 def test_a_model_s_own_topics_are_the_robot_s(bench: RosBench) -> None:
     """Wherever the robot is, once it is there; a topic that its file calls so stays."""
     commands = Bridged("/model/a/cmd_vel", "/model/a/cmd_vel", STRING, "BIDIRECTIONAL")
