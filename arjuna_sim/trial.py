@@ -20,7 +20,7 @@ _SHARE = 0.7  # of what it is commanded that a robot drives or turns, at least
 
 
 class Trial:
-    """What a robot does otherwise than it is commanded, in order.
+    """Deviations of a robot from its commands, in order.
 
     Attributes:
         leans: How it does not stay upright; empty for one that does.

@@ -1,4 +1,4 @@
-"""Where files lie: those that ship with Arjuna, and folders that the environment names."""
+"""Paths of the files that ship with Arjuna, and folders that the environment names."""
 
 from __future__ import annotations
 

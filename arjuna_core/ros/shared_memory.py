@@ -1,4 +1,4 @@
-"""What killed processes leave of Fast DDS in shared memory."""
+"""Remains of Fast DDS in shared memory, left by killed processes."""
 
 from __future__ import annotations
 

@@ -91,7 +91,7 @@ class Legs:
 
     @property
     def remaining(self) -> float:
-        """What is left of the leg, [rad] if it turns, else [m]."""
+        """Rest of the leg, [rad] if it turns, else [m]."""
         return abs((self._leg.angle or self._leg.distance) - self.done)
 
     def tick(self, pose: SE2, velocity: Velocity) -> Velocity | None:

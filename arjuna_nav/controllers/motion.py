@@ -132,7 +132,7 @@ def braking_distance(speed: float, deceleration: float) -> float:
 
 
 class MotionLimits(NamedTuple):
-    """How fast a controller's parameters let the robot turn, speed up and slow down.
+    """Limits of turning, speeding up and slowing down, from a controller's parameters.
 
     Attributes:
         yaw_rate: Greatest on the spot [rad/s].

@@ -129,7 +129,7 @@ class DriveSettings:
 
     @property
     def tells_truth(self) -> bool:
-        """Whether its file asks for the true odometry, and leaves its frame to no filter."""
+        """True where its file asks for the true odometry, and leaves its frame to no filter."""
         return self.from_world and "odom_tf" in self.publishes
 
     @property
@@ -187,7 +187,7 @@ class SensorSettings:
 
     @property
     def is_first(self) -> bool:
-        """Whether it is the one of a primary kind that serves the rest of the robot."""
+        """True for the one of a primary kind that serves the rest of the robot."""
         return self.IS_PRIMARY and self.serves
 
     @property
@@ -213,7 +213,7 @@ class PublishedPoses(NamedTuple):
 
 @dataclass(frozen=True)
 class GazeboSettings:
-    """What Gazebo tags say of a robot beside its drive.
+    """A robot's Gazebo tags, but for its drive.
 
     Attributes:
         sensors: The primary ones first: the planar lidar that sees most, the first colour camera

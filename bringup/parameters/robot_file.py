@@ -96,14 +96,14 @@ class Driven:
 
     @property
     def is_fused(self) -> bool:
-        """Whether the filter of wheels and gyro publishes its odometry, if it is simulated."""
+        """True where the filter of wheels and gyro publishes its odometry, if it is simulated."""
         from arjuna_sim.inputs import needs_fusion
 
         return bool(needs_fusion(self.robot) and self.sim.get("fused_odometry", True))
 
     @property
     def is_shipped(self) -> bool:
-        """Whether it is the shipped one."""
+        """True for the shipped one."""
         file = self.sim.get("robot")
         return not file or Path(file) == shipped_file("urdf/arjuna.urdf")
 

@@ -1,4 +1,4 @@
-"""What the processes of a launch have done, by process; and waiting for it."""
+"""Records of the processes of a launch, by process; and waiting for them."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ class Records(Generic[Record]):
 
 
 class IoHandler(Records[ProcessIO]):
-    """What processes have written: `proc_output[action]` is a list of events with `text`."""
+    """Output of processes: `proc_output[action]` is a list of events with `text`."""
 
     def __getitem__(self, process: Any) -> list[ProcessIO]:
         return self.of(process)

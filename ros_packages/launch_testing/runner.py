@@ -57,7 +57,7 @@ class LaunchResult:
 
     @property
     def succeeded(self) -> bool:
-        """Whether all passed, and there was at least one."""
+        """True if all passed, and there was at least one."""
         return bool(self.cases) and all(one.kind in ("passed", "skipped") for one in self.cases)
 
     def summary(self) -> str:

@@ -1,4 +1,4 @@
-"""What describes a recording: its metadata.yaml, and the definitions of its types."""
+"""Descriptions of a recording: its metadata.yaml, and the definitions of its types."""
 
 from __future__ import annotations
 

@@ -92,8 +92,8 @@ class TagReader:
     def sensors(self) -> tuple[SensorSettings, ...]:
         """Return the sensors, the primary ones first."""
         found = [dataclasses.replace(s, **self._renamed.get(s.name, {})) for s in self._sensors]
-        told, own = self._broadcast, found
-        found = [dataclasses.replace(s, **told[s.name]) for s in own if s.name in told]
+        sent, own = self._broadcast, found
+        found = [dataclasses.replace(s, **sent[s.name]) for s in own if s.name in sent]
         return tuple(with_primary_first(self._xml, self._urdf, [*found, *own]))
 
     def _plugin(self, plugin: Element, link: str | None) -> None:
@@ -102,8 +102,8 @@ class TagReader:
         controlled = drive_of_controllers(xml, plugin) if is_control(plugin) else None
         self._broadcast |= broadcasts(xml, plugin)
         driving = plugin if controlled is None else controlled
-        told = any(each in _type(plugin).replace("-", "") for each in _TRUE)
-        drive = None if told else read_drive(xml, driving, urdf)
+        is_truth = any(each in _type(plugin).replace("-", "") for each in _TRUE)
+        drive = None if is_truth else read_drive(xml, driving, urdf)
         kind = drive_kind(driving)
         name = name_of(plugin)
         self.is_classic |= controlled is None and kind is not None and is_classic(plugin)
@@ -140,8 +140,8 @@ class TagReader:
             self._reports(plugin, f"plugin '{name}'")
         elif is_control(plugin):
             if not parameters_of_controllers(self._xml, plugin):
-                told = "name no controllers; a spawner's --param-file is not read"
-                self._xml.note(f"plugin '{name}': its <parameters> {told}")
+                problem = "name no controllers; a spawner's --param-file is not read"
+                self._xml.note(f"plugin '{name}': its <parameters> {problem}")
         elif truth := next((each for each in _TRUE if each in kind.replace("-", "")), ""):
             body = text_of(plugin, "bodyname", default=link or self._urdf.root)
             self._sensor(SensorTag(self._xml, plugin, body), truth)

@@ -65,8 +65,8 @@ def without_frames(xml: XmlFile, urdf: Urdf, tags: Tags) -> Urdf:
         joint = held[0]
         if joint.has_position:
             return urdf
-        told = f"is a frame in which the robot moves: '{joint.child}' is the root in its place"
-        xml.note(f"link '{urdf.root}': {told}")
+        problem = f"is a frame in which the robot moves: '{joint.child}' is the root in its place"
+        xml.note(f"link '{urdf.root}': {problem}")
         tags.T_model = tags.T_model @ joint.T_parent_child
         urdf = dataclasses.replace(
             urdf,

@@ -1,4 +1,4 @@
-"""Where all entities are, on the topics of Gazebo that somebody listens to.
+"""Poses of all entities, on the topics of Gazebo that somebody listens to.
 
 Gazebo Classic's gazebo_ros_state has them as `gazebo_msgs/ModelStates`; what ros_gz_bridge makes of
 gz-sim's PosePublisher (`/model/NAME/pose`) and SceneBroadcaster (`/world/NAME/dynamic_pose/info`,
@@ -82,7 +82,7 @@ class EntityTopics:
     def poses(self, topic: str) -> list[TransformStamped]:
         """Return what is on a topic of poses: models in the world, and robots' links in theirs.
 
-        A robot's own topic has what its PosePublisher is told, and its pose alone without one; the
+        A robot's own topic has the poses that its PosePublisher selects, its own without one; the
         simulator's own robot is there under any name, as on the other topics of a bridge.
         """
         found, entities = POSES.fullmatch(topic), self._known.all()

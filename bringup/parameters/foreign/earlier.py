@@ -13,7 +13,7 @@ from typing import Any, NamedTuple
 
 
 class _Server(NamedTuple):
-    """What a server of one plug-in is today: list of plug-ins, the one's name and class."""
+    """Today's form of a server of one plug-in: list of plug-ins, the one's name and class."""
 
     plugins: str
     name: str

@@ -1,4 +1,4 @@
-"""What rosapi's services answer: the graph, its types, parameters and the time."""
+"""Answers of rosapi's services: the graph, its types, parameters and the time."""
 
 from __future__ import annotations
 

@@ -29,7 +29,7 @@ _SCALE = 2.0
 
 
 class _Teleop:
-    """What keys do."""
+    """Commands by keys."""
 
     def __init__(self, client: Client) -> None:
         self._node = node = client.node

@@ -23,7 +23,7 @@ Color = tuple[int, int, int]
 
 @dataclass
 class Pen:
-    """What a turtle draws by."""
+    """The pen of a turtle."""
 
     color: Color = (179, 184, 255)
     width: int = 3
@@ -31,7 +31,7 @@ class Pen:
 
 
 class Sheet:
-    """What is drawn.
+    """The drawing.
 
     Attributes:
         pixels: `(500, 500, 3)` uint8, the top row first.

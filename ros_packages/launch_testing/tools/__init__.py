@@ -1,4 +1,4 @@
-"""What a test starts by itself, and how it compares what that writes."""
+"""Processes that a test starts by itself, and comparisons of their output."""
 
 from launch_testing.tools.output import (
     basic_output_filter,

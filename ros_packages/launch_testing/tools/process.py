@@ -63,7 +63,7 @@ class ProcessProxy:
 
     @property
     def exit_code(self) -> int:
-        """How it ended.
+        """Its exit code.
 
         Raises:
             NoMatchingProcessException: It has not.
