@@ -45,6 +45,11 @@ def rosrun() -> NoReturn:
     _instead("rosrun", "run")
 
 
+def gazebo() -> NoReturn:
+    """Run `gz sim WORLD` or Classic's `gazebo WORLD` as a launch file's."""
+    _instead(Path(sys.argv[0]).name, "run", "gazebo_ros", "gzserver")
+
+
 def rospack() -> NoReturn:
     """Run `rospack find PACKAGE` as `ros2 pkg prefix --share`."""
     words = {"find": ["pkg", "prefix", "--share"], "list": ["pkg", "list"]}

@@ -19,6 +19,9 @@ from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.inputs import described
 from arjuna_sim.model.urdf import Joint, Mimic
 
+SLIDERS = "joint_state_publisher_gui/positions"
+"""The topic of the view's sliders."""
+
 
 @dataclass(frozen=True)
 class DependentConfig:
@@ -41,6 +44,7 @@ class JointStatePublisherConfig:
     use_mimic_tags: bool = param(True, "Whether <mimic> of the description counts.")
     use_smallest_joint_limits: bool = param(True, "Has no effect: the limits are <limit>'s.")
     source_list: tuple[str, ...] = fixed((), "Topics of joint states.")
+    sliders: bool = fixed(False, "Whether the sliders of the view are one, as of its _gui.")
     delta: float = param(0.0, "How far positions move at each output, to and fro.", unit="rad, m")
     zeros: NoParameters = field(default_factory=NoParameters)
     dependent_joints: NoParameters = field(default_factory=NoParameters)
@@ -69,7 +73,7 @@ class JointStatePublisherNode(ManagedNode):
         self._states: dict[str, dict[str, float]] = {}
         self._forward: dict[str, bool] = {}
         self._out = self.publisher(JointState, "joint_states", qos.DEFAULT)
-        for topic in config.source_list:
+        for topic in (*config.source_list, *([SLIDERS] if config.sliders else [])):
             self.subscribe(JointState, topic, self._on_source, qos.DEFAULT)
         if config.robot_description:
             self._describe(config.robot_description)

@@ -158,6 +158,12 @@ def _run_node(words: list[str], package: str, program: str) -> None:
     module.start(package, program, ros_arguments(words))
 
 
+def _joint_state_publisher_gui(words: list[str]) -> None:
+    """Run the publisher with the view's sliders as a source."""
+    words = [*words, "--ros-args", "-p", "sliders:=true"]
+    _run_node(words, "joint_state_publisher", "joint_state_publisher")
+
+
 def nothing(words: list[str], why: str) -> None:
     """Say why a program has nothing to do, and stay as the other would.
 
@@ -220,9 +226,7 @@ PROGRAMS: dict[tuple[str, str], str | Callable[[list[str]], None]] = {
         )
         for package in (today, before)
     },
-    ("joint_state_publisher_gui", "joint_state_publisher_gui"): partial(
-        _run_node, package="joint_state_publisher", program="joint_state_publisher"
-    ),
+    ("joint_state_publisher_gui", "joint_state_publisher_gui"): _joint_state_publisher_gui,
     ("rviz2", "rviz2"): f"{_PROGRAMS}.rviz2",
     ("tf2_ros", "static_transform_publisher"): f"{_PROGRAMS}.static_transform_publisher",
     **{

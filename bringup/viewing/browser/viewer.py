@@ -82,13 +82,14 @@ class Viewer:
         self._calls: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._scene = Scene(server)
         self._scene.add(_MARKS, True)
-        self._panel = Panel(server, robot, self._queue, self._take, self._look)
+        self._panel = Panel(server, robot, self._queue, self._take, self._look, self._drive_route)
         self._pointer = Pointer(server, partial(self._queue, self._point))
         self._tool, self._following = Tool.LOOK, False
         self._frame = ""  # that the view follows, where it is not the robot's base
         self._shown: dict[str, _Shown] = {}
         self._topics: dict[str, str] = {}
         self._shares: Mapping[str, float] = {}
+        self._route: list[SE2] = []
         self._map: Grid | None = None
         self._people: Parts | None = None
         self._root = ""
@@ -154,6 +155,7 @@ class Viewer:
             self._slow_due = now + 2.0
             self._topics, self._shares = robot.topics(), self._cpu()
             self._panel.displays.offer(self._topics)
+            self._panel.show_joints(self._joints() if robot.joints.look() else {})
         managed = robot.managed
         table = nodes_text(managed.states, self._shares)
         nodes = "\n\n".join(filter(None, (managed.report, table)))
@@ -202,6 +204,11 @@ class Viewer:
             self._server.gui.set_panel_label(each.display.robot or "Arjuna")
             for note in each.display.notes:
                 self._robot.node.get_logger().warning(note)
+
+    def _joints(self) -> Mapping[str, tuple[float, float]]:
+        """Return the limits of the joints of the robot that is shown."""
+        models = (each.display for each in self._shown.values())
+        return next((one.joints for one in models if isinstance(one, RobotModel)), {})
 
     @property
     def _base(self) -> str:
@@ -342,7 +349,7 @@ class Viewer:
     def _take(self, tool: Tool, note: str = "") -> None:
         self._tool = tool
         self._pointer.hold(tool is not Tool.LOOK)
-        self._panel.show_tool(tool, note)
+        self._panel.show_tool(tool, note, len(self._route))
 
     def _point(self, start: Point2, end: Point2) -> None:
         """Use the tool in hand where the ground was pointed at, and lay it down."""
@@ -354,7 +361,7 @@ class Viewer:
             self._take(Tool.LOOK, "⚠ Not taken: no frame is known yet; is the robot running?")
             return
         note = self._use(pose, start, end, frame or "")
-        self._take(Tool.LOOK, note)
+        self._take(self._tool if self._tool is Tool.WAYPOINT else Tool.LOOK, note)
 
     def _use(self, pose: SE2, start: Point2, end: Point2, frame: str) -> str:
         """Do what the tool in hand is for and draw it at once; return what there is to say."""
@@ -367,6 +374,11 @@ class Viewer:
             near = self._obstacle(pose)
             note = f"⚠ {state.error or near}" if state.error or near else f"goal {at} is sent"
             marks["goal"] = arrows(frame, pose.array()[None], (220, 40, 180), 0.5, 0.06, 0.06)
+        elif self._tool is Tool.WAYPOINT:
+            self._route.append(pose)
+            note = f"waypoint {len(self._route)} {at}"
+            poses = np.array([each.array() for each in self._route])
+            marks["route"] = arrows(frame, poses, (220, 40, 180), 0.5, 0.06, 0.06)
         elif self._tool is Tool.POSE:
             self._robot.estimate(pose)
             note = f"pose {at} is sent"
@@ -385,6 +397,18 @@ class Viewer:
             marks["length"] = Label(frame=frame, pose=Pose3.from_se2(middle), text=text)
         self._scene.draw(_MARKS, marks)
         return note
+
+    def _drive_route(self, action: str) -> None:
+        """Drive the waypoints by an action, or only remove them."""
+        route, self._route = self._route, []
+        note, navigation = f"{len(route)} waypoints are removed", self._robot.navigation
+        if action:
+            navigation.send(route, self._robot.frames.fixed or "map", action)
+            error = navigation.state.error
+            note = f"⚠ {error}" if error else f"{len(route)} waypoints are sent"
+        else:
+            self._scene.draw(_MARKS, {})
+        self._take(Tool.LOOK, note)
 
     def _obstacle(self, goal: SE2, radius: float = 0.2) -> str:
         """Return what on the map is in the way of a goal, for a usual robot's radius [m], or ""."""

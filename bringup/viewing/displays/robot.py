@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -18,17 +20,19 @@ class RobotModel(Display):
 
     Attributes:
         base: The frame of its root link, once its description has come.
+        joints: Limits of the joints that move by themselves [rad or m].
     """
 
     types = ("std_msgs/msg/String",)
     topic, latched, property = "robot_description", True, "Description Topic"
     base = robot = ""
+    joints: Mapping[str, tuple[float, float]] = MappingProxyType({})
 
     def take(self, message: Any) -> Parts:
         from bringup.viewing.drawing.visual_model import read
 
         model = read(message.data)
-        self.base, self.robot = model.root, model.name
+        self.base, self.robot, self.joints = model.root, model.name, model.joints
         if model.notes:
             self.notes = model.notes
         return {link: Model(frame=link, glb=glb) for link, glb in model.glbs.items()}

@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import io
+import math
 import struct
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
@@ -30,6 +31,7 @@ _BROKEN = (
     *(ArjunaError, DaeError, struct.error, RuntimeError),
 )
 _GREY = (0.6, 0.6, 0.65, 1.0)
+_MOVING = ("revolute", "continuous", "prismatic")
 
 
 class _Beside(trimesh.resolvers.FilePathResolver):
@@ -67,12 +69,14 @@ class VisualModel:
         root: The link above all others.
         glbs: Each visible link in its own frame, as binary glTF.
         notes: On what is not drawn.
+        joints: Limits [rad or m] of the joints that move by themselves, +-pi where they have none.
     """
 
     root: str
     glbs: dict[str, bytes]
     notes: tuple[str, ...]
     name: str = ""
+    joints: dict[str, tuple[float, float]] = field(default_factory=dict)
 
 
 def read(description: str, find: Finder = find_mesh, longest: int = 10_000_000) -> VisualModel:
@@ -93,7 +97,17 @@ def read(description: str, find: Finder = find_mesh, longest: int = 10_000_000) 
         if meshes:
             with _noting(notes, link.name):
                 glbs[link.name] = bytes(trimesh.Scene(meshes).export(file_type="glb"))
-    return VisualModel(_root(robot), glbs, tuple(notes), str(robot.name))
+    return VisualModel(_root(robot), glbs, tuple(notes), str(robot.name), _joints(robot))
+
+
+def _joints(robot: Any) -> dict[str, tuple[float, float]]:
+    own = (j for j in robot.joints if j.type in _MOVING and j.mimic is None)
+    return {
+        joint.name: (-math.pi, math.pi)
+        if joint.type == "continuous" or joint.limit is None
+        else (float(joint.limit.lower or 0.0), float(joint.limit.upper or 0.0))
+        for joint in own
+    }
 
 
 def mesh_glb(uri: str, find: Finder = find_mesh) -> bytes:

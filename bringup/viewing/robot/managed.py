@@ -1,4 +1,4 @@
-"""The managed nodes' states, and the commands to their managers and to the costmaps."""
+"""The managed nodes' states, and the commands to their managers, to costmaps and the mapper."""
 
 from __future__ import annotations
 
@@ -9,6 +9,8 @@ from typing import Any
 
 from lifecycle_msgs.srv import GetState
 from nav2_msgs.srv import ClearEntireCostmap, ManageLifecycleNodes
+from slam_toolbox.srv import SaveMap, SerializePoseGraph
+from std_msgs.msg import String
 
 from bringup.viewing.robot.services import Services
 
@@ -62,6 +64,23 @@ class ManagedNodes:
             self._services.ask(
                 ManageLifecycleNodes, manager, request, partial(done, manager), 120.0
             )
+
+    def save_map(self, kind: str, name: str) -> None:
+        """Save the map of slam_toolbox as picture and YAML (`map`), or as its graph (`graph`)."""
+        service, request = (
+            (SaveMap, SaveMap.Request(name=String(data=name)))
+            if kind == "map"
+            else (SerializePoseGraph, SerializePoseGraph.Request(filename=name))
+        )
+        names = self._services.of_type(f"slam_toolbox/srv/{service.__name__}")
+        self.report = f"saving the {kind} …" if names else "no slam_toolbox is running"
+
+        def done(response: Any) -> None:
+            how = "is saved" if response.result == 0 else f"is not saved: result {response.result}"
+            self.report = f"the {kind} '{name}' {how}"
+
+        for one in names:
+            self._services.ask(service, one, request, done, 30.0)
 
     def clear_costmaps(self) -> None:
         """Empty every costmap."""

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from typing import Any
 
 from action_msgs.msg import GoalInfo, GoalStatus, GoalStatusArray
 from action_msgs.srv import CancelGoal
-from nav2_msgs.action import NavigateThroughPoses, NavigateToPose
+from nav2_msgs.action import FollowWaypoints, NavigateThroughPoses, NavigateToPose
 from rclpy.node import Node
 from rclpy.qos import QoSProfile, ReliabilityPolicy
 from unique_identifier_msgs.msg import UUID
@@ -122,15 +122,16 @@ class NavigationWatch:
         names = ", ".join(sorted(listeners)) or "nobody"
         self.state = Navigation(f"sent on {topic}, where {names} listens")
 
-    def send(self, goal: SE2, frame: str) -> None:
-        """Ask the navigator to drive to a pose in a frame."""
-        kind = NavigateToPose.Impl.SendGoalService
+    def send(self, goals: Sequence[SE2], frame: str, action: str = "navigate_to_pose") -> None:
+        """Ask for a pose in a frame, or for several by an action that takes them."""
+        poses = [pose_stamped(goal, frame, 0.0) for goal in goals]
+        kind = _ACTIONS.get(action, FollowWaypoints)
+        wanted = {"pose": poses[0]} if kind is NavigateToPose else {"poses": poses}
         # the clock's time is unique enough for one person's clicks
         identity = self._node.get_clock().now().nanoseconds.to_bytes(16, "big")
-        goal_message = NavigateToPose.Goal(pose=pose_stamped(goal, frame, 0.0))
-        request = kind.Request(goal_id=UUID(uuid=list(identity)), goal=goal_message)
-        name = "navigate_to_pose/_action/send_goal"
-        if self._services.ask(kind, name, request, self._on_accepted):
+        ask = kind.Impl.SendGoalService
+        request = ask.Request(goal_id=UUID(uuid=list(identity)), goal=kind.Goal(**wanted))
+        if self._services.ask(ask, f"{action}/_action/send_goal", request, self._on_accepted):
             self.state = Navigation("sent")
         else:
             self._refuse("no navigator is running; start one with 'python -m bringup nav'")

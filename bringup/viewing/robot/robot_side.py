@@ -23,6 +23,7 @@ from bringup.viewing.displays.base import Display
 from bringup.viewing.displays.robot import People
 from bringup.viewing.drawing.frames import Frames
 from bringup.viewing.robot.entities import EntityWatch
+from bringup.viewing.robot.joints import JointSliders
 from bringup.viewing.robot.managed import ManagedNodes
 from bringup.viewing.robot.navigation import NavigationWatch
 from bringup.viewing.robot.services import Services
@@ -65,6 +66,7 @@ class RobotSide:
         self.managed = ManagedNodes(services)
         self.entities = EntityWatch(services)
         self.feed = Feed(self.node, services)
+        self.joints = JointSliders(self.node)
         self._hand = HandDrive(self.node, command_topic)
         self._outs: dict[str, Any] = {}
         self.command_on({})
@@ -157,7 +159,7 @@ class RobotSide:
             out.publish(pose_stamped(pose, self._frame, 0.0))
             self.navigation.published(out.topic_name, names)
         else:
-            self.navigation.send(pose, self._frame)
+            self.navigation.send([pose], self._frame)
 
     def estimate(self, pose: SE2) -> None:
         """Publish a person's estimate of the robot's pose in the fixed frame."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import asyncio
+import math
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
 from dataclasses import replace
@@ -21,10 +22,11 @@ from geometry_msgs.msg import (
     PoseWithCovarianceStamped,
     Twist,
 )
+from nav2_msgs.action import FollowWaypoints
 from nav2_msgs.msg import BehaviorTreeLog, BehaviorTreeStatusChange, Particle, ParticleCloud
 from nav_msgs.msg import OccupancyGrid as GridMsg
 from nav_msgs.msg import Odometry, Path
-from sensor_msgs.msg import Image, LaserScan
+from sensor_msgs.msg import Image, JointState, LaserScan
 from std_msgs.msg import String
 from tf2_msgs.msg import TFMessage
 
@@ -32,11 +34,12 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, path_msg, pose_msg, transform_msg
 from arjuna_core.se2 import SE2
-from bringup.viewing.browser.panel import Tool
+from bringup.viewing.browser.panel import ROUTES, Tool
 from bringup.viewing.browser.server import open_server
 from bringup.viewing.browser.viewer import Viewer
 from bringup.viewing.displays.base import DisplaySpec
 from bringup.viewing.displays.standard import STANDARD
+from bringup.viewing.robot.joints import TOPIC
 from bringup.viewing.robot.robot_side import RobotSide
 from bringup.viewing.rviz_file import write_rviz
 from tests.bringup.viewing.drives import URDF
@@ -266,6 +269,49 @@ def test_a_goal_is_sent_and_marked_and_the_tool_laid_down(shown: Shown) -> None:
     assert shown.viewer._tool is Tool.LOOK
     assert "no navigator is running" in shown.viewer._panel._hint.content
     assert "/world/marks/goal" in shown.handles
+
+
+def test_waypoints_are_collected_and_driven_or_removed(shown: Shown) -> None:
+    viewer, panel = shown.viewer, shown.viewer._panel
+    shown.until(lambda: viewer._robot.frames.fixed, lambda: publish_everything(shown.ros))
+    sent: list[Any] = []
+    name, kind = "follow_waypoints", FollowWaypoints.Impl.SendGoalService
+
+    def accept(request: Any, response: Any) -> Any:
+        sent.append(request.goal)
+        response.accepted = True
+        return response
+
+    shown.ros.node.create_service(kind, f"/{name}/_action/send_goal", accept)
+    viewer._take(Tool.WAYPOINT)
+    for y in (1.0, 2.0):
+        viewer._point((1.0, y), (2.0, y))
+    assert viewer._tool is Tool.WAYPOINT
+    assert panel._route.visible
+    viewer._drive_route(ROUTES["stop at each"])
+    assert "2 waypoints are sent" in panel._hint.content
+    shown.until(lambda: sent)
+    assert [pose.pose.position.y for pose in sent[0].poses] == [1.0, 2.0]
+    assert not panel._route.visible
+    viewer._take(Tool.WAYPOINT)
+    viewer._point((1.0, 1.0), (2.0, 1.0))
+    viewer._drive_route(ROUTES["clear"])
+    assert "1 waypoints are removed" in panel._hint.content
+    assert "/world/marks/route" not in shown.handles
+
+
+def test_joints_have_sliders_while_a_publisher_waits_for_them(shown: Shown) -> None:
+    panel = shown.viewer._panel
+    heard = shown.ros.collect(JointState, f"/{TOPIC}")
+    shown.until(lambda: panel._shown_joints, lambda: publish_everything(shown.ros))
+    handles: Any = panel._gui._gui_input_handle_from_uuid
+    (slider,) = [each for each in handles.values() if each.label == "j"]
+    assert (slider.min, slider.max) == pytest.approx((-math.pi, math.pi))
+    slider.value = 1.0
+    shown.until(lambda: heard)
+    assert (heard[-1].name, list(heard[-1].position)) == (["j"], pytest.approx([1.0]))
+    panel.show_joints({})
+    assert panel._joints is None
 
 
 def test_what_the_panel_calls_is_done_by_the_next_step(shown: Shown) -> None:

@@ -24,6 +24,7 @@ from nav_msgs.msg import Path
 from rclpy.lifecycle import LifecycleNode
 from rclpy.qos import QoSProfile
 from sensor_msgs.msg import CompressedImage, LaserScan
+from slam_toolbox.srv import SaveMap, SerializePoseGraph
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker
 
@@ -279,6 +280,28 @@ def test_costmaps_and_managers_are_found_by_their_types(bench: Bench) -> None:
     managed.clear_costmaps()
     bench.until(lambda: len(asked) == 3)
     assert managed.report == "costmaps cleared"
+
+
+def test_maps_are_saved_by_slam_toolbox(bench: Bench) -> None:
+    managed, node = bench.viewer.managed, bench.ros.node
+    managed.save_map("map", "house")
+    assert managed.report == "no slam_toolbox is running"
+
+    def save(request: Any, response: Any) -> Any:
+        response.result = 0 if request.name.data == "house" else 1
+        return response
+
+    def serialize(request: Any, response: Any) -> Any:
+        response.result = 255 if request.filename == "house" else 0
+        return response
+
+    node.create_service(SaveMap, "/slam_toolbox/save_map", save)
+    node.create_service(SerializePoseGraph, "/slam_toolbox/serialize_map", serialize)
+    bench.until(lambda: len(bench.viewer.node.get_service_names_and_types()) > 1)
+    for kind, report in (("map", "is saved"), ("graph", "is not saved: result 255")):
+        managed.save_map(kind, "house")
+        assert managed.report == f"saving the {kind} …"
+        bench.until(lambda report=report: managed.report.endswith(report))
 
 
 def test_the_state_of_managed_nodes_is_asked_for_one_by_one(bench: Bench) -> None:

@@ -24,7 +24,10 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_from_msg, cloud_msg, header, transform3_msg
 from arjuna_sim.nodes.processing.imu_filter import ImuFilterNode
-from arjuna_sim.nodes.processing.joint_state_publisher import JointStatePublisherNode
+from arjuna_sim.nodes.processing.joint_state_publisher import (
+    SLIDERS,
+    JointStatePublisherNode,
+)
 from arjuna_sim.nodes.processing.laser_filters import ScanFilterChainNode
 from arjuna_sim.nodes.processing.to_scan import (
     DepthimageToLaserscanNode,
@@ -213,6 +216,16 @@ def test_every_moving_joint_has_a_state(bench: RosBench) -> None:
     assert _positions(out[-1])["elbow"] == 0.0  # a source that is its own output does not run wild
     bench.advance(0.1)
     assert _positions(out[-1]) == pytest.approx({"shoulder": 2.0, "elbow": 0.2, "finger": 0.1})
+
+
+@pytest.mark.parametrize("sliders", [False, True])
+def test_the_view_s_sliders_are_a_source_of_the_gui_s(bench: RosBench, sliders: bool) -> None:
+    out = bench.collect(JointState, "joint_states")
+    values = {"robot_description": ARM, "sliders": sliders}
+    start(bench, JointStatePublisherNode(bench.process, values))
+    bench.publish(JointState, SLIDERS, JointState(name=["elbow"], position=[0.2]))
+    bench.advance(0.2)
+    assert _positions(out[-1])["elbow"] == (0.2 if sliders else 0.0)
 
 
 def test_zeros_dependents_and_moving_joints(bench: RosBench) -> None:
