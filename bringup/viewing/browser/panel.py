@@ -145,7 +145,7 @@ class Panel:
             return
         self._joints = self._gui.add_folder("Joints")
         with self._joints:
-            sliders = {
+            sliders: dict[str, Any] = {
                 name: self._gui.add_slider(
                     name, low, high, (high - low) / 200.0 or 0.01, min(max(0.0, low), high)
                 )

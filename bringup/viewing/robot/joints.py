@@ -23,7 +23,8 @@ class JointSliders:
 
     def look(self) -> bool:
         """Return whether a program listens, and advertise the topic then."""
-        wanted = self._node.count_subscribers(self._node.resolve_topic_name(TOPIC)) > 0
+        topic = self._node.resolve_topic_name(TOPIC)
+        wanted = bool(self._node.count_subscribers(topic))
         if wanted and self._out is None:
             self._out = self._node.create_publisher(JointState, TOPIC, qos.DEFAULT)
         return wanted

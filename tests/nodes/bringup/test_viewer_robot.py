@@ -5,6 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Iterator
 from contextlib import closing
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -33,6 +34,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_msg, header, path_msg, transform_msg
 from arjuna_core.se2 import SE2
 from bringup.viewing.displays.base import DisplaySpec
+from bringup.viewing.robot.managed import ManagedNodes
 from bringup.viewing.robot.robot_side import RobotSide
 from tests.helpers.processes import wait_until
 from tests.helpers.ros import RosBench
@@ -282,6 +284,10 @@ def test_costmaps_and_managers_are_found_by_their_types(bench: Bench) -> None:
     assert managed.report == "costmaps cleared"
 
 
+def _ends(managed: ManagedNodes, report: str) -> bool:
+    return managed.report.endswith(report)
+
+
 def test_maps_are_saved_by_slam_toolbox(bench: Bench) -> None:
     managed, node = bench.viewer.managed, bench.ros.node
     managed.save_map("map", "house")
@@ -301,7 +307,7 @@ def test_maps_are_saved_by_slam_toolbox(bench: Bench) -> None:
     for kind, report in (("map", "is saved"), ("graph", "is not saved: result 255")):
         managed.save_map(kind, "house")
         assert managed.report == f"saving the {kind} …"
-        bench.until(lambda report=report: managed.report.endswith(report))
+        bench.until(partial(_ends, managed, report))
 
 
 def test_the_state_of_managed_nodes_is_asked_for_one_by_one(bench: Bench) -> None:
