@@ -42,6 +42,10 @@ class NavigatorConfig:
     shorter_ratio: float = share_param(
         0.9, "Length of a path against the old that is clearly shorter."
     )
+    blocked_memory: float = duration_param(
+        20.0, "How long another path than one that was blocked is kept by `blocked_ratio`."
+    )
+    blocked_ratio: float = share_param(0.7, "`shorter_ratio` of that time.")
     outage_patience: float = duration_param(
         30.0,
         "How long to stand where the robot's pose or its surroundings are not known.",

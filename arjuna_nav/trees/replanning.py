@@ -10,7 +10,7 @@ import math
 from arjuna_core.se2 import SE2
 from arjuna_nav.planners import path as paths
 from arjuna_nav.trees.node import Condition, Decorator, Maker, Status
-from arjuna_nav.trees.ports import CODES, NUMBER, PATH, TEXT, WHOLE, Port
+from arjuna_nav.trees.ports import CODES, NUMBER, PATH, TEXT, TRUTH, WHOLE, Port
 
 
 class ReplanningController(Decorator):
@@ -43,17 +43,26 @@ class IsPathPreferred(Condition):
     """Succeeds where the robot stays on its path although there is a new one, so as not to waver.
 
     It fails where the new path is nearly the same, driven ahead and back in the same parts, or
-    clearly shorter, where the robot has left the old one, and where that leads to another goal.
+    clearly shorter, where the robot has left the old one, and where that leads to another goal or
+    is blocked. For a while then only a much shorter one counts: a narrow gap that is seen open from
+    one side and blocked from the other would be left and taken again for ever.
     """
 
     path = Port(PATH, None)
     new_path = Port(PATH)
     same_way_deviation = Port(NUMBER, 0.5)
     shorter_ratio = Port(NUMBER, 0.9)
+    free = Port(TRUTH, True)
+    blocked_memory = Port(NUMBER, 20.0)
+    blocked_ratio = Port(NUMBER, 0.7)
+    _blocked = -math.inf
 
     def _holds(self) -> bool:
         old, new, pose = self.path, self.new_path, self.tree.state.pose
-        goal_came = self.tree.blackboard.entry("goal").written
+        now, goal_came = self.tree.state.now, self.tree.blackboard.entry("goal").written
+        if old is not None and not self.free:
+            self._blocked = now
+            return False
         if old is None or pose is None or goal_came > self.named_entry("path").written:
             return False
         rest, most = paths.ahead(old, pose), self.same_way_deviation
@@ -62,8 +71,9 @@ class IsPathPreferred(Condition):
         alike = paths.directions(rest) in ([], paths.directions(new))
         if beside > most or (alike and paths.deviation(new, rest) <= most):
             return False
-        longest = self.shorter_ratio * (beside + paths.length(rest))
-        return bool(paths.length(new) > longest)
+        doubtful = now - self._blocked <= self.blocked_memory
+        ratio = self.blocked_ratio if doubtful else self.shorter_ratio
+        return bool(paths.length(new) > ratio * (beside + paths.length(rest)))
 
 
 class WaitOutOutage(Decorator):

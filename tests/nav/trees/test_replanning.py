@@ -84,6 +84,20 @@ def test_a_path_is_left_for_one_that_is_clearly_shorter(length: int, preferred: 
     assert play.tick() is preferred
 
 
+@pytest.mark.parametrize(("later", "preferred"), [(1.0, SUCCESS), (21.0, FAILURE)])
+def test_a_gap_that_was_blocked_is_not_taken_again_at_once(later: float, preferred: Status) -> None:
+    play = Play('<IsPathPreferred path="{path}" new_path="{new}" free="{free}"/>', new=DETOUR)
+    play.tree.blackboard.set("free", False)
+    assert play.tick() is FAILURE  # there is no path that could be blocked
+    for free, length, status in ((True, 34, FAILURE), (False, 41, FAILURE), (True, 34, preferred)):
+        play.tree.blackboard.set("path", STRAIGHT)
+        play.tree.blackboard.set("new", DETOUR[:length])
+        play.tree.blackboard.set("free", free)
+        assert play.tick(dt=later) is status
+    play.tree.blackboard.set("new", DETOUR[:24])
+    assert play.tick() is FAILURE  # much shorter
+
+
 def test_a_path_is_kept_where_the_new_one_is_beside_it_but_driven_back() -> None:
     beside = STRAIGHT + np.array([0.0, 0.1, 0.0])
     for turned, preferred in ((0.0, FAILURE), (math.pi, SUCCESS)):
