@@ -276,7 +276,7 @@ def test_robot_localization_may_give_the_odometry(
     ("node", "text", "is_said"),
     [
         ("local_costmap: {local_costmap", "global_frame: map}", False),
-        ("collision_monitor", "cmd_vel_out_topic: cmd_vel_smoothed", False),
+        ("collision_monitor", "cmd_vel_in_topic: cmd_vel_nav, cmd_vel_out_topic: between", False),
         ("velocity_smoother", "odom_topic: other", False),
         ("velocity_smoother", "odom_topic: other, feedback: CLOSED_LOOP", True),
     ],
@@ -286,6 +286,27 @@ def test_names_that_are_valid_or_not_heard(
 ) -> None:
     file = written(tmp_path, f"{node}: {{ros__parameters: {{{text}}}}}", "names.yaml")
     assert bool(said_of(["demo", "--params", str(file)], capsys)) is is_said
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("cmd_vel_out_topic: /demo/cmd_vel", "unlike the robot: "),
+        ("cmd_vel_in_topic: raw, cmd_vel_out_topic: safe", "unlike the robot: "),
+        ("cmd_vel_in_topic: cmd_vel, cmd_vel_out_topic: safe", "unlike the robot (SAFETY): "),
+    ],
+)
+def test_commands_that_do_not_reach_the_robot_are_told(
+    text: str, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stood without a word, or drove past a monitor whose output nobody takes."""
+    monitor = f"collision_monitor: {{ros__parameters: {{{text}}}}}"
+    words = ["demo", "--params", str(written(tmp_path, monitor, "chain.yaml"))]
+    (line,) = said_of(words, capsys)
+    assert kind in line
+    assert "cmd_vel_out_topic" in line
+    advice = shlex.split(line[line.index("--param") :])
+    assert said_of([*words, *advice], capsys) == []
 
 
 @pytest.mark.parametrize("file", FILES)
