@@ -256,6 +256,9 @@ def test_what_stands_in_for_a_controller_keeps_the_limits_of_its_file(shim: bool
     assert "desired_linear_vel 0.2;" in str(found.remarks[0])
     held = {"desired_linear_vel": 0.2, "max_angular_accel": 3.2}
     assert all(value(found, "controller_server", f"FollowPath.{k}") == v for k, v in held.items())
+    grouped = {"FollowPath.plugin": "ours::Bands", "FollowPath.Constraints.max_vx": 0.4}
+    other = understood({"controller_server": {**grouped, "FollowPath.Limits.max_wz": 0.5}})
+    assert "desired_linear_vel 0.4, rotate_to_heading_angular_vel 0.5;" in str(other.remarks[0])
     said = {"controller_server": {**given, "FollowPath.desired_linear_vel": 0.3}}
     assert value(understood(said), "controller_server", "FollowPath.desired_linear_vel") == 0.3
 
