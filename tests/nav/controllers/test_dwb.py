@@ -420,7 +420,7 @@ def test_until_the_robot_got_on_from_where_it_changed(
 
 def test_each_path_allows_all_turns_again() -> None:
     """A robot near its goal that had turned both ways stood until its progress was missed."""
-    config = DwbConfig(critics=["Oscillation", "Twirling"], max_vel_x=0.0, vtheta_samples=3)
+    config = DwbConfig(critics=("Oscillation", "Twirling"), max_vel_x=0.0, vtheta_samples=3)
     dwb, pose = Dwb(config, Footprint.circle(0.1), TOLERANCE, PERIOD), ORIGIN @ SE2(1.0, 2.0)
     dwb.set_path(made_path())
     for turn in (-0.5, 0.5):

@@ -246,6 +246,14 @@ def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
     assert held.startswith(expected) if isinstance(held, str) else held[: len(expected)] == expected
 
 
+def test_a_robot_s_controllers_are_those_that_its_manager_has() -> None:
+    manager = {"update_rate": 100, "left_fin.type": "forward_command_controller/X"}
+    given = {"controller_manager": manager, "left_fin": {"joints": ["fin"]}, "fins": {"joints": []}}
+    kinds = {one.where: one.kind for one in understood(given).remarks}
+    assert kinds["left_fin"] == kinds["controller_manager"] == Kind.NO_EFFECT
+    assert kinds["fins"] == Kind.UNKNOWN
+
+
 @pytest.mark.parametrize("shim", [False, True])
 def test_what_stands_in_for_a_controller_keeps_the_limits_of_its_file(shim: bool) -> None:
     own = {"FollowPath.plugin": "ours::Bands", "FollowPath.max_vel_x": 0.2}
