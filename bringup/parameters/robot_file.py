@@ -421,11 +421,16 @@ def _left_out(
 
 
 def _sideways(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
-    """Give each controller's parameter that drives sideways, where the robot cannot."""
+    """Give each controller's parameter that drives sideways, where the robot cannot.
+
+    Where it can, the smoother's that lets nothing of it pass, as Nav2's own file does.
+    """
     from arjuna_sim.inputs import moves_sideways
 
-    if moves_sideways(robot):
-        return
+    able, most = (
+        moves_sideways(robot),
+        parameters.get(VELOCITY_SMOOTHER.name, {}).get("max_velocity"),
+    )
     server = parameters.get(CONTROLLER_SERVER.name, {})
     for name in server.get("controller_plugins", ()):
         model, speed = (server.get(f"{name}.{key}") for key in ("motion_model", "max_vel_y"))
@@ -435,9 +440,13 @@ def _sideways(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
             key, value, own = "max_vel_y", f"{speed:g} m/s", "0.0"
         else:
             continue
-        advice = f"--param '{name}.{key}:={own}'"
-        where = f"{CONTROLLER_SERVER.name}: {name}.{key}"
-        yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
+        if not able:
+            advice = f"--param '{name}.{key}:={own}'"
+            where = f"{CONTROLLER_SERVER.name}: {name}.{key}"
+            yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
+        elif most and not most[1]:
+            reason = f"none sideways, where '{name}' drives so: the robot stands for it"
+            yield f"{VELOCITY_SMOOTHER.name}: max_velocity", f"{most}: {reason}"
 
 
 def _other_bends(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:

@@ -168,6 +168,7 @@ def test_the_body_is_a_valid_outline_of_the_follower(tmp_path: Path) -> None:
 
 
 MPPI = "plugin: nav2_mppi_controller::MPPIController, motion_model"
+SMOOTHER = "velocity_smoother: {ros__parameters"
 DWB = "plugin: dwb_core::DWBLocalPlanner, max_vel_y"
 
 
@@ -186,7 +187,12 @@ def test_a_controller_that_drives_sideways_is_held_against_the_drive(
     controller = f"controller_plugins: [FollowPath], FollowPath: {{{given}}}"
     file = written(tmp_path, f"controller_server: {{ros__parameters: {{{controller}}}}}")
     assert said in "".join(str(each) for each in check_file(file).remarks)
-    assert check_file(file, str(mecanum().write(tmp_path))).remarks == []
+    robot = str(mecanum().write(tmp_path))
+    assert check_file(file, robot).remarks == []
+    limits = "max_velocity: [0.3, 0.0, 1.0], min_velocity: [-0.3, 0.0, -1.0]"
+    smoothed = written(tmp_path, f"{file.read_text()}\n{SMOOTHER}: {{{limits}}}}}", "smoothed.yaml")
+    remarks = "".join(str(each) for each in check_file(smoothed, robot).remarks)
+    assert ("[0.3, 0.0, 1.0]: none sideways, where 'FollowPath' drives so" in remarks) is bool(said)
 
 
 @pytest.mark.parametrize(

@@ -248,7 +248,8 @@ def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
 
 def test_a_robot_s_controllers_are_those_that_its_manager_has() -> None:
     manager = {"update_rate": 100, "left_fin.type": "forward_command_controller/X"}
-    given = {"controller_manager": manager, "left_fin": {"joints": ["fin"]}, "fins": {"joints": []}}
+    joints: dict[str, Any] = {"joints": ["fin"]}
+    given = {"controller_manager": manager, "left_fin": joints, "fins": joints}
     kinds = {one.where: one.kind for one in understood(given).remarks}
     assert kinds["left_fin"] == kinds["controller_manager"] == Kind.NO_EFFECT
     assert kinds["fins"] == Kind.UNKNOWN
