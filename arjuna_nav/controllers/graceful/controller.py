@@ -122,7 +122,12 @@ class Graceful(PathController):
 
     @property
     def desired_speed(self) -> float:
-        return float(self._config.v_linear_max)
+        return float(self._config.v_linear_max * self._slowed)
+
+    @property
+    def _slowed(self) -> float:
+        """Share of the greatest speed that is driven, however far the goal is."""
+        return float(min(self._config.max_lookahead / self._config.slowdown_radius, 1.0))
 
     def set_path(self, path: Floats) -> None:
         leads_elsewhere = self._path.replace(path)
@@ -185,19 +190,21 @@ class Graceful(PathController):
     def _approach(self, seen: SE2, pose: SE2, facing: SE2, costmap: Costmap) -> Velocity | None:
         """Return the velocity towards a pose seen from an end of the robot, None if it collides."""
         config = self._config
-        v_max = min(config.v_linear_max, self.speed_limit)
+        v_max = min(config.v_linear_max, self.speed_limit / self._slowed)
         law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
         limits = np.array(
             [min(config.v_linear_min, v_max), v_max, config.slowdown_radius, config.v_angular_max]
         )
         poses, v, w = approach(seen.array(), law, limits, costmap.frame.resolution)
+        within = min(self.speed_limit / max(v, 1e-9), 1.0)  # the least speed may be above it
         poses[:, :2] = (pose @ facing).apply(poses[:, :2])
         poses[:, 2] += pose.theta
         hit = first_collision(costmap, self._footprint, poses)
         if hit is None and self.wanted:
             near = self._path.within(config.max_lookahead)
             self.shown |= {"transformed_global_plan": Plan(near), "local_plan": Plan(poses)}
-        return Velocity(v * math.cos(facing.theta), yaw_rate=w) if hit is None else None
+        command = Velocity(v * math.cos(facing.theta), yaw_rate=w)
+        return command.scaled(within) if hit is None else None
 
     def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""

@@ -68,7 +68,9 @@ def test_steers_by_the_law_to_the_farthest_pose_within_the_lookahead(seed: int) 
     driven = asked(pose).velocity
     reached = math.floor(10.0 * (pose.x + math.sqrt(1.0 - pose.y**2)) + 1e-9) / 10.0
     seen = pose.inverse() @ SE2(reached)
-    expected = law(seen, min(0.5, limit), min(0.1, limit))
+    v_max = min(0.5, 1.5 * limit)  # of which two thirds are driven
+    expected = law(seen, v_max, min(0.1, v_max))
+    expected = expected.scaled(min(limit / expected.x, 1.0))
     assert (asked.aim.x, asked.aim.y) == pytest.approx((seen.x, seen.y))
     assert driven.x == pytest.approx(expected.x)
     assert driven.yaw_rate == pytest.approx(expected.yaw_rate)
@@ -80,6 +82,14 @@ def test_steers_by_the_law_to_the_farthest_pose_within_the_lookahead(seed: int) 
 def test_slows_down_by_the_distance_of_the_pose_aimed_at(left: float, speed: float) -> None:
     assert Asked()(SE2(5.0 - left)).velocity.x == pytest.approx(speed)
     assert Asked(0.05)(SE2(5.0 - left)).velocity.x == pytest.approx(0.05)
+
+
+@pytest.mark.parametrize(("radius", "speed"), [(1.5, 1.0 / 3.0), (1.0, 0.5), (0.3, 0.5)])
+def test_the_final_approach_is_as_fast_as_the_way_there(radius: float, speed: float) -> None:
+    controller = Asked(slowdown_radius=radius).controller
+    assert controller.desired_speed == pytest.approx(speed)
+    reached = Asked(slowdown_radius=radius)(SE2(1.0001)).velocity.x
+    assert reached == pytest.approx(speed, abs=0.05)
 
 
 @pytest.mark.parametrize(("straight", "bend"), [(True, 0.0), (False, -1.0)])
