@@ -251,7 +251,7 @@ class FinalApproach:
         turn = min(max(wrap(goal.theta - sight), -config.curve_angle), config.curve_angle)
         end = SE2(goal.x, goal.y, sight + turn)
         law = np.array([config.curve_gain, config.curve_gain, 0.0, 1.0])
-        limits = np.array([0.0, at.speed, at.speed, self._tracking.max_angular_velocity])
+        limits = np.array([0.0, at.speed, spacing, self._tracking.max_angular_velocity])
         seen, _, _ = approach((felt.inverse() @ end).array(), law, limits, spacing)
         poses = np.column_stack((felt.apply(seen[:, :2]), felt.theta + seen[:, 2]))
         if SE2.from_array(poses[-1]).distance(end) > 2.0 * spacing:

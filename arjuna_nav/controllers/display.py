@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from arjuna_core.arrays import Floats, Singles
+from arjuna_core.se2 import SE2
 from arjuna_nav.controllers.base import PathController
 from arjuna_nav.controllers.plugins import CONTROLLERS
 
@@ -21,6 +22,28 @@ class Plan:
     """Poses `(N, 3) float64` in order, published as a Path."""
 
     poses: Floats
+
+
+@dataclass(frozen=True)
+class Target:
+    """A pose that is aimed at, published as a PoseStamped."""
+
+    pose: SE2
+
+
+@dataclass(frozen=True)
+class Spot:
+    """A point that is aimed at [m], published as a PointStamped a little above the floor."""
+
+    x: float
+    y: float
+
+
+@dataclass(frozen=True)
+class Flag:
+    """Whether something holds, published as a Bool."""
+
+    on: bool
 
 
 @dataclass(frozen=True)

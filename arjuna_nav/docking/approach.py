@@ -117,8 +117,8 @@ def steer(config: ApproachConfig, T_base_target: SE2, backward: bool = False) ->
     x, y = T_base_target.x, T_base_target.y
     side = -1.0 if backward else 1.0  # backwards it is the law of a robot turned by pi
     law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
-    near = config.v_linear_max * math.hypot(x, y) / config.slowdown_radius
-    limits = np.array([config.v_linear_min, config.v_linear_max, near, config.v_angular_max])
+    slowing = config.slowdown_radius
+    limits = np.array([config.v_linear_min, config.v_linear_max, slowing, config.v_angular_max])
     v, w = control_law.steer(side * x, side * y, T_base_target.theta, law, limits)
     return Velocity(side * v, yaw_rate=w)
 

@@ -7,14 +7,14 @@ from typing import Any
 
 import numpy as np
 from dwb_msgs.msg import CriticScore, LocalPlanEvaluation, Trajectory2D, TrajectoryScore
-from geometry_msgs.msg import Point, Pose2D, Vector3
+from geometry_msgs.msg import Point, PointStamped, Pose2D, PoseStamped, Vector3
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
-from std_msgs.msg import ColorRGBA
+from std_msgs.msg import Bool, ColorRGBA
 from visualization_msgs.msg import Marker, MarkerArray
 
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import cloud_msg, duration_msg, header, path_msg
+from arjuna_core.ros.convert import cloud_msg, duration_msg, header, path_msg, pose_stamped
 from arjuna_core.ros.messages import maker
 from arjuna_core.ros.node import ManagedNode
 from arjuna_nav.controllers import display
@@ -76,6 +76,19 @@ def _path(plan: display.Plan, frame: str, now: float) -> Path:
     return path_msg(plan.poses, frame, now)
 
 
+def _target(target: display.Target, frame: str, now: float) -> PoseStamped:
+    return pose_stamped(target.pose, frame, now)
+
+
+def _spot(spot: display.Spot, frame: str, now: float) -> PointStamped:
+    above = 0.01  # [m], as Nav2, to stand out from the map
+    return PointStamped(header=header(frame, now), point=Point(x=spot.x, y=spot.y, z=above))
+
+
+def _flag(flag: display.Flag, frame: str, now: float) -> Bool:
+    return Bool(data=flag.on)
+
+
 def _cloud(cloud: display.Cloud, frame: str, now: float) -> PointCloud2:
     flat = np.column_stack((cloud.points, np.zeros(len(cloud.points))))
     return cloud_msg(flat, frame, now, cloud.channels)
@@ -101,6 +114,9 @@ def _markers(shapes: display.Shapes, frame: str, now: float) -> MarkerArray:
 
 _MESSAGES: dict[type[Any], tuple[Any, Callable[[Any, str, float], Any]]] = {
     display.Plan: (Path, _path),
+    display.Target: (PoseStamped, _target),
+    display.Spot: (PointStamped, _spot),
+    display.Flag: (Bool, _flag),
     display.Cloud: (PointCloud2, _cloud),
     display.Shapes: (MarkerArray, _markers),
     Evaluation: (LocalPlanEvaluation, evaluation_msg),

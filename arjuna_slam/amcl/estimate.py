@@ -22,20 +22,19 @@ class LocalizationError(ArjunaError, ValueError):
 
 
 def check_map(grid: OccupancyGrid) -> None:
-    """Raise unless the map has a resolution and both free and occupied cells.
+    """Raise unless the map has a resolution and free cells; one without obstacles shows nothing.
 
     Raises:
-        LocalizationError: A robot cannot be anywhere in the map, or nothing in it can be seen.
+        LocalizationError: A robot cannot be anywhere in the map.
     """
     if not 0.0 < grid.frame.resolution < math.inf:
         raise LocalizationError(
             f"the map's resolution must be positive, got {grid.frame.resolution} m"
         )
-    for name, mask in (("free", grid.free()), ("occupied", grid.occupied())):
-        if not mask.any():
-            raise LocalizationError(
-                f"the map ({grid.frame.width} x {grid.frame.height} cells) has no {name} cell"
-            )
+    if not grid.free().any():
+        raise LocalizationError(
+            f"the map ({grid.frame.width} x {grid.frame.height} cells) has no free cell"
+        )
 
 
 def check_finite(pose: SE2, name: str) -> None:

@@ -41,7 +41,7 @@ class ParticleFilter:
         belief: The particles and their weights.
 
     Raises:
-        LocalizationError: The map has no free or no occupied cell.
+        LocalizationError: The map has no free cell.
 
     Source: Thrun, Burgard, Fox, Probabilistic Robotics, 2005, table 8.3; nav2_amcl.
     """
@@ -118,8 +118,10 @@ class ParticleFilter:
         return self._track.conclude(best, T_odom_base, self._config)
 
     def _blind(self, T_odom_base: SE2, view: ScanView) -> bool:
-        """Return whether too few beams returned from what the map knows."""
+        """Return whether too few beams returned from what the map knows, if it has obstacles."""
         last = self._track.estimate
+        if not self._matcher.field.shows:
+            return True
         if view.blind or last is None or self._recovery.wanted or not self._config.match_scans:
             return view.blind
         return self._matcher.known(last.T_map_odom @ T_odom_base, view) < BEAMS_MIN

@@ -100,7 +100,12 @@ class MapField:
         self.free: Bools = grid.free()
         self.unknown: Bools = grid.unknown()
         self._T_grid_map = grid.frame.origin.inverse()
-        cells = distance_transform_edt(~self.occupied)
+        self.shows = bool(self.occupied.any())  # anything that a beam could end at
+        cells = (
+            distance_transform_edt(~self.occupied)
+            if self.shows
+            else np.full(grid.frame.shape, np.inf)
+        )
         self.distances: Singles = np.minimum(cells * grid.frame.resolution, max_distance).astype(
             np.float32
         )

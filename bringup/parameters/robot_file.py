@@ -15,6 +15,7 @@ from bringup.parameters.files import Parameters, for_node, merged, shipped_param
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
 from bringup.stack import (
+    COLLISION_MONITOR,
     CONTROLLER_SERVER,
     EKF,
     GLOBAL_COSTMAP,
@@ -222,6 +223,35 @@ def other_names(
         too = f" (also {', '.join(others)})" if others else ""
         reason = f"'{name}', but the robot's own is '{own}'{too}: if no node of yours gives it,"
         yield Remark(Kind.UNLIKE, where, f"{reason} {advice}")
+    if any(COLLISION_MONITOR in group.nodes for group in groups):
+        own = driven.robot.drive.command_topic.strip("/")
+        yield from _other_commands(parameters, own, namespace)
+
+
+def _other_commands(parameters: Parameters, own: str, namespace: str) -> Iterator[Remark]:
+    """Yield where the chain of velocities ends elsewhere than on the robot's own topic.
+
+    The monitor is its last, or the smoother where it takes what the monitor lets pass.
+    """
+
+    def topic(node: str, end: str, usual: str) -> str:
+        name = str(parameters.get(node, {}).get(f"cmd_vel_{end}_topic") or usual)
+        return name.removeprefix(f"/{namespace}/" if namespace else "/").strip("/")
+
+    own = own.removeprefix(f"{namespace}/" if namespace else "")
+    monitor, smoother = COLLISION_MONITOR.name, VELOCITY_SMOOTHER.name
+    passed, taken = topic(monitor, "out", "cmd_vel"), topic(monitor, "in", "cmd_vel_smoothed")
+    is_first = topic(smoother, "in", "cmd_vel_nav") == passed
+    if own == (topic(smoother, "out", taken) if is_first else passed):
+        return
+    where, advice = f"{monitor}: cmd_vel_out_topic", f"--param '{monitor}:cmd_vel_out_topic:={own}'"
+    reason = (
+        f"'{passed}', but the robot's own is '{own}': if no node of yours passes it on, {advice}"
+    )
+    if bypassed := taken == own:
+        reason = f"'{passed}', but the robot's own is '{own}', what comes to the monitor: it drives"
+        reason += f" unwatched; --param '{monitor}:cmd_vel_in_topic:=cmd_vel_smoothed' {advice}"
+    yield Remark(Kind.UNLIKE, where, reason, safety=bypassed)
 
 
 def _of_another_robot(
@@ -391,11 +421,16 @@ def _left_out(
 
 
 def _sideways(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
-    """Give each controller's parameter that drives sideways, where the robot cannot."""
+    """Give each controller's parameter that drives sideways, where the robot cannot.
+
+    Where it can, the smoother's that lets nothing of it pass, as Nav2's own file does.
+    """
     from arjuna_sim.inputs import moves_sideways
 
-    if moves_sideways(robot):
-        return
+    able, most = (
+        moves_sideways(robot),
+        parameters.get(VELOCITY_SMOOTHER.name, {}).get("max_velocity"),
+    )
     server = parameters.get(CONTROLLER_SERVER.name, {})
     for name in server.get("controller_plugins", ()):
         model, speed = (server.get(f"{name}.{key}") for key in ("motion_model", "max_vel_y"))
@@ -405,9 +440,13 @@ def _sideways(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:
             key, value, own = "max_vel_y", f"{speed:g} m/s", "0.0"
         else:
             continue
-        advice = f"--param '{name}.{key}:={own}'"
-        where = f"{CONTROLLER_SERVER.name}: {name}.{key}"
-        yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
+        if not able:
+            advice = f"--param '{name}.{key}:={own}'"
+            where = f"{CONTROLLER_SERVER.name}: {name}.{key}"
+            yield where, f"{value}, but the robot's wheels do not move it sideways; {advice}"
+        elif most and not most[1]:
+            reason = f"none sideways, where '{name}' drives so: the robot stands for it"
+            yield f"{VELOCITY_SMOOTHER.name}: max_velocity", f"{most}: {reason}"
 
 
 def _other_bends(parameters: Parameters, robot: Any) -> Iterator[tuple[str, str]]:

@@ -96,7 +96,7 @@ class Dwb(PathController):
     def set_path(self, path: Floats) -> None:
         if self._path.replace(path):
             self._arrived = False
-            self._oscillation.reset()
+        self._oscillation.reset()  # as Nav2, whatever the goal: else it may stand for long
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         config = self._config

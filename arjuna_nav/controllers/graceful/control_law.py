@@ -57,19 +57,19 @@ def steer(x: float, y: float, theta: float, law: Floats, limits: Floats) -> tupl
         y: To the left [m].
         theta: The target's heading [rad].
         law: `(4,) float64`, k_phi, k_delta, beta and lambda.
-        limits: `(4,) float64`, least and greatest speed and how fast here at most [m/s], greatest
-            yaw rate [rad/s].
+        limits: `(4,) float64`, least and greatest speed [m/s], the distance from the target within
+            which the greatest is less [m], greatest yaw rate [rad/s].
 
     Returns:
         Forward speed [m/s] and yaw rate [rad/s].
     """
     k_phi, k_delta, beta, power = law
-    v_min, v_max, v_here, w_max = limits
+    v_min, v_max, slowing, w_max = limits
     r, sight = max(math.hypot(x, y), 1e-3), math.atan2(y, x)
     phi, delta = _wrapped(theta - sight), _wrapped(-sight)
     bend = (1.0 + k_phi / (1.0 + (k_phi * phi) ** 2)) * math.sin(delta)
     curvature = -(k_delta * (delta - math.atan(-k_phi * phi)) + bend) / r
-    v = min(v_max / (1.0 + beta * abs(curvature) ** power), v_here)
+    v = min(v_max / (1.0 + beta * abs(curvature) ** power), v_max * r / slowing)
     v = min(max(v, v_min), v_max)
     w = min(max(v * curvature, -w_max), w_max)
     return (min(v, abs(w / curvature)) if abs(curvature) > 1e-6 else v), w

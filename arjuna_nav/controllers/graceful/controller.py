@@ -22,7 +22,7 @@ from arjuna_nav.controllers.base import (
     TrackedPath,
 )
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.display import Plan
+from arjuna_nav.controllers.display import Plan, Target
 from arjuna_nav.controllers.graceful.control_law import approach
 from arjuna_nav.controllers.motion import MotionLimits, Turning, rollout
 from arjuna_nav.costmap.collision import collision_place, first_collision
@@ -59,7 +59,10 @@ class GracefulConfig(PluginConfig):
     )
     max_angular_accel: float = param(3.2, "Change of the yaw rate.", unit="rad/s^2", minimum=0.01)
     slowdown_radius: float = length_param(
-        1.5, "Distance from the goal at which to slow down.", minimum=0.01
+        1.5,
+        "Distance of the pose aimed at below which to slow down: the greatest speed needs a "
+        "max_lookahead of as much.",
+        minimum=0.01,
     )
     initial_rotation: bool = param(True, "Whether to turn on the spot towards the path.")
     initial_rotation_tolerance: float = angle_param(
@@ -98,7 +101,7 @@ class Graceful(PathController):
     @staticmethod
     def shows(config: GracefulConfig) -> dict[str, type[Any]]:
         """Return the topics that show what it follows."""
-        return {"transformed_global_plan": Plan, "local_plan": Plan}
+        return {"transformed_global_plan": Plan, "local_plan": Plan, "motion_target": Target}
 
     def __init__(
         self, config: GracefulConfig, footprint: Footprint, xy_goal_tolerance: float, period: float
@@ -114,17 +117,22 @@ class Graceful(PathController):
         )
         fast, turns = config.v_angular_max, config.max_angular_accel
         self.limits = MotionLimits(fast, angular_acceleration=turns, angular_deceleration=turns)
-        self._arrived = self._rotating = self._had_carrot = False
+        self._arrived = self._rotating = False
         self._last_w = 0.0
 
     @property
     def desired_speed(self) -> float:
-        return float(self._config.v_linear_max)
+        return float(self._config.v_linear_max * self._slowed)
+
+    @property
+    def _slowed(self) -> float:
+        """Share of the greatest speed that is driven, however far the goal is."""
+        return float(min(self._config.max_lookahead / self._config.slowdown_radius, 1.0))
 
     def set_path(self, path: Floats) -> None:
-        if self._path.replace(path):
-            self._arrived = self._had_carrot = False
-            self._rotating = self._config.initial_rotation
+        leads_elsewhere = self._path.replace(path)
+        self._arrived = self._arrived and not leads_elsewhere
+        self._rotating = self._config.initial_rotation
 
     def compute(self, pose: SE2, velocity: Velocity, costmap: Costmap, now: float) -> ControlResult:
         if not len(self._path.ahead):
@@ -136,28 +144,23 @@ class Graceful(PathController):
         if self._arrived:
             return self._turn(wrap(goal.theta - pose.theta), pose, costmap)
         for target in self._targets(pose):
-            seen = pose.inverse() @ target
-            facing = SE2()  # the robot's end that goes first
-            if self._config.allow_backward and seen.x < 0.0:
-                facing = SE2(theta=math.pi)
-            seen = facing.inverse() @ seen @ facing
+            seen, facing = self._seen(target, pose)
             angle = math.atan2(seen.y, seen.x)
-            self._rotating = self._rotating and abs(angle) > self._tolerance()
-            if self._rotating or abs(angle) > 0.5 * math.pi:
-                self.carrot, self._had_carrot = pose.inverse() @ target, True
+            tolerance = self._config.initial_rotation_tolerance
+            self._rotating = self._rotating and abs(angle) > tolerance
+            if self._rotating:
+                self.carrot = pose.inverse() @ target
                 return self._turn(angle, pose, costmap)
             command = self._approach(seen, pose, facing, costmap)
             if command is not None:
                 self.carrot, self._last_w = pose.inverse() @ target, command.yaw_rate
+                if self.wanted:
+                    self.shown["motion_target"] = Target(target)
                 return ControlResult(ControlStatus.SUCCEEDED, command)
         self._last_w = 0.0
         where = collision_place(costmap, self._footprint, pose)
         message = f"collision ahead on every approach to the path from {where}"
         return ControlResult(ControlStatus.NO_VALID_CONTROL, message=message)
-
-    def _tolerance(self) -> float:
-        """Return the heading error that ends a turn: a third of what starts it, once started."""
-        return self._config.initial_rotation_tolerance / (3.0 if self._had_carrot else 1.0)
 
     def _targets(self, pose: SE2) -> list[SE2]:
         """Return the poses to steer to, the farthest first."""
@@ -169,38 +172,39 @@ class Graceful(PathController):
         indices = np.flatnonzero(near)[::-1]
         if not len(indices):
             indices = np.array([len(ahead) - 1 if not len(leaves) else leaves[0]])
-        return [self._facing(int(i)) for i in indices[:: max(len(indices) // 8, 1)]]
+        return [SE2.from_array(ahead[i]) for i in indices[:: max(len(indices) // 8, 1)]]
 
-    def _facing(self, index: int) -> SE2:
-        """Return a pose of the path; the goal's heading is left to the turn there if so asked."""
-        ahead = self._path.part
-        target = SE2.from_array(ahead[index])
-        if index < len(ahead) - 1 or not self._config.prefer_final_rotation or index == 0:
-            return target
-        dx, dy = ahead[index, :2] - ahead[index - 1, :2]
-        course = math.atan2(dy, dx)
-        if self._config.allow_backward and math.cos(course - target.theta) < 0.0:
-            course += math.pi
-        return SE2(target.x, target.y, course)
+    def _seen(self, target: SE2, pose: SE2) -> tuple[SE2, SE2]:
+        """Return a pose of the path seen from the end of the robot that goes first, and that end.
+
+        Near the goal the heading is that of the way there, if the turn to its own comes last.
+        """
+        seen, facing = pose.inverse() @ target, SE2()
+        if self._config.allow_backward and seen.x < 0.0:
+            facing = SE2(theta=math.pi)
+        seen = facing.inverse() @ seen @ facing
+        if self._config.prefer_final_rotation and self._path.length < self._config.max_lookahead:
+            seen = SE2(seen.x, seen.y, math.atan2(seen.y, seen.x))
+        return seen, facing
 
     def _approach(self, seen: SE2, pose: SE2, facing: SE2, costmap: Costmap) -> Velocity | None:
         """Return the velocity towards a pose seen from an end of the robot, None if it collides."""
         config = self._config
-        v_max = min(config.v_linear_max, self.speed_limit)
-        remaining = max(self._path.length, seen.distance(SE2()))
-        v_max = max(
-            v_max * min(remaining / config.slowdown_radius, 1.0), min(config.v_linear_min, v_max)
-        )
+        v_max = min(config.v_linear_max, self.speed_limit / self._slowed)
         law = np.array([config.k_phi, config.k_delta, config.beta, config.lambda_])
-        limits = np.array([min(config.v_linear_min, v_max), v_max, v_max, config.v_angular_max])
+        limits = np.array(
+            [min(config.v_linear_min, v_max), v_max, config.slowdown_radius, config.v_angular_max]
+        )
         poses, v, w = approach(seen.array(), law, limits, costmap.frame.resolution)
+        within = min(self.speed_limit / max(v, 1e-9), 1.0)  # the least speed may be above it
         poses[:, :2] = (pose @ facing).apply(poses[:, :2])
         poses[:, 2] += pose.theta
         hit = first_collision(costmap, self._footprint, poses)
         if hit is None and self.wanted:
             near = self._path.within(config.max_lookahead)
-            self.shown = {"transformed_global_plan": Plan(near), "local_plan": Plan(poses)}
-        return Velocity(v * math.cos(facing.theta), yaw_rate=w) if hit is None else None
+            self.shown |= {"transformed_global_plan": Plan(near), "local_plan": Plan(poses)}
+        command = Velocity(v * math.cos(facing.theta), yaw_rate=w)
+        return command.scaled(within) if hit is None else None
 
     def _turn(self, angle: float, pose: SE2, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where it would collide."""

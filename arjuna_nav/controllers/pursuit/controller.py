@@ -18,7 +18,7 @@ from arjuna_nav.controllers.base import (
     TrackedPath,
 )
 from arjuna_nav.controllers.checkers import is_there
-from arjuna_nav.controllers.display import Plan
+from arjuna_nav.controllers.display import Flag, Plan, Spot
 from arjuna_nav.controllers.motion import MotionLimits, Turning, crossing, curvature_to, rollout
 from arjuna_nav.controllers.pursuit.config import RegulatedPurePursuitConfig
 from arjuna_nav.costmap.collision import collision_ahead
@@ -46,8 +46,9 @@ class RegulatedPurePursuit(PathController):
 
     @staticmethod
     def shows(config: RegulatedPurePursuitConfig) -> dict[str, type[Any]]:
-        """Return the topic that shows the arc tested for collisions."""
-        return {"lookahead_collision_arc": Plan}
+        """Return the topics that show how it turns, and the arc tested for collisions."""
+        bends = {"curvature_lookahead_point": Spot} if config.use_fixed_curvature_lookahead else {}
+        return {"is_rotating_to_heading": Flag, "lookahead_collision_arc": Plan, **bends}
 
     def __init__(
         self,
@@ -102,17 +103,20 @@ class RegulatedPurePursuit(PathController):
         self._arrived = near and (stays or paths.ends_here(self.path, pose))
         gentle = self._config.gentle_turns
         self._last_w = self._last_w if gentle else velocity.yaw_rate
-        if self._arrived and self._config.use_rotate_to_heading:
-            self.carrot = None
-            command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
-            return self._checked(command, pose, costmap, math.inf)
         lookahead = self._lookahead(velocity)
         carrot = pose.inverse() @ self._carrot(pose, lookahead)
         ahead = self._regulating(pose, carrot)
         angle = math.atan2(ahead.y, ahead.x)
         if self._side_of(ahead) < 0.0:
             angle = wrap(angle + math.pi)
-        if self._must_turn(angle):
+        only_heading = self._arrived and self._config.use_rotate_to_heading
+        turns = only_heading or self._must_turn(angle)
+        self._show(pose @ ahead, turns)
+        if only_heading:
+            self.carrot = None
+            command = Velocity(yaw_rate=self._turn(wrap(goal.theta - pose.theta)))
+            return self._checked(command, pose, costmap, math.inf)
+        if turns:
             self.carrot = ahead
             return self._turn_on(angle, self._side_of(ahead), pose, costmap)
         failed = result = self._along(carrot, pose, velocity, costmap)
@@ -125,6 +129,13 @@ class RegulatedPurePursuit(PathController):
             return result
         return self._turn_instead(carrot, pose, costmap) or failed
 
+    def _show(self, regulating: SE2, turns: bool) -> None:
+        """Put on display the point that regulates, of the path's frame, and whether it turns."""
+        if "is_rotating_to_heading" in self.wanted:
+            self.shown["is_rotating_to_heading"] = Flag(turns)
+        if "curvature_lookahead_point" in self.wanted:
+            self.shown["curvature_lookahead_point"] = Spot(regulating.x, regulating.y)
+
     def _side_of(self, carrot: SE2) -> float:
         """Return -1 for a point that is driven to in reverse, else 1."""
         return -1.0 if self._config.allow_reversing and carrot.x < 0.0 else 1.0
@@ -135,11 +146,8 @@ class RegulatedPurePursuit(PathController):
         if not self._config.gentle_turns:
             return self._checked(Velocity(yaw_rate=w), pose, costmap, math.inf)
         room = 0.0 if cost is None else float(costmap.clearances[cost])
-        v = (
-            side
-            * min(self.desired_speed, self.speed_limit, self._braking)
-            * max(math.cos(angle), 0.0)
-        )
+        most = min(self.desired_speed, self.speed_limit, self._braking)
+        v = side * most * max(math.cos(angle), 0.0)
         if math.isfinite(room):  # a bend leads aside by its diameter
             v = side * min(abs(v), abs(w) * room / 2.0)
         result = self._checked(Velocity(v, yaw_rate=w), pose, costmap, math.inf)
@@ -150,12 +158,8 @@ class RegulatedPurePursuit(PathController):
     def _turn_instead(self, carrot: SE2, pose: SE2, costmap: Costmap) -> ControlResult | None:
         """Return a turn on the spot where no arc is free and the path leads aside."""
         angle = math.atan2(carrot.y, carrot.x)
-        if self._side_of(carrot) < 0.0:
-            return None
-        if (
-            not self._config.use_rotate_to_heading
-            or abs(angle) < self._config.rotate_instead_min_angle
-        ):
+        aside = abs(angle) >= self._config.rotate_instead_min_angle
+        if self._side_of(carrot) < 0.0 or not (self._config.use_rotate_to_heading and aside):
             return None
         result = self._checked(Velocity(yaw_rate=self._turn(angle)), pose, costmap, math.inf)
         return result if result.status is ControlStatus.SUCCEEDED else None
@@ -282,7 +286,7 @@ class RegulatedPurePursuit(PathController):
         if config.use_collision_detection:
             arc = rollout(pose, command, duration, costmap.frame.resolution)
             if "lookahead_collision_arc" in self.wanted:
-                self.shown = {"lookahead_collision_arc": Plan(arc)}
+                self.shown["lookahead_collision_arc"] = Plan(arc)
             if problem := collision_ahead(costmap, self._footprint, arc):
                 self._last_w = 0.0
                 return ControlResult(ControlStatus.NO_VALID_CONTROL, message=problem)

@@ -156,10 +156,11 @@ class ForeignPlugins:
         self._remark(name, f"{text}{limits}; {_OURS}", True)
 
     def _limits(self, name: str, values: dict[str, Any]) -> Iterator[tuple[str, float]]:
-        """Give what stands in the limits that have another name; yield each with its value."""
+        """Give what stands in the limits of other names, in groups too; yield each's value."""
         for ours, theirs in nav2.LIMITS.items() if self.node == _CONTROLLERS else ():
             own = f"{name}.{ours}"
-            found = [values[key] for key in (f"{name}.{each}" for each in theirs) if key in values]
+            below = [key for key in values if key.startswith(f"{name}.")]
+            found = [values[key] for key in below if key.rpartition(".")[2] in theirs]
             found = [value for value in found if isinstance(value, float | int) and value > 0.0]
             if found and own not in values:
                 values[own] = self.changed[own] = float(min(found))

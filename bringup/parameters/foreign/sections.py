@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 from arjuna_core.errors import closest
@@ -16,6 +16,7 @@ from bringup.stack import NAV2_PROGRAMS, NodeSpec, program_of
 FILLED = "a launch file fills '{}'; the default holds"
 _NAMESPACE = "<robot_namespace>"
 _PLACEHOLDER = re.compile(r".*(<\w+>|\$\{.+\}|\{\{.+\}\}|\$\((?!find-pkg-share).+\)).*")
+_MANAGER = "controller_manager"
 _XML = re.compile(r"/>|</\w")
 
 
@@ -26,13 +27,15 @@ def sections_by_node(
     found: Parameters = {}
     remarks: list[Remark] = []
     first = ""
+    managers = [values for name, values in given.items() if name.endswith(_MANAGER)]
+    managed = {key.removesuffix(".type") for values in managers for key in values}
     for name, values in given.items():
         if name == EVERY_NODE:
             continue
         today = nav2.section_as_today(name)
         node = node_of(today, nodes, namespace)
         if node is None:
-            remarks.append(_of_other_node(name, today, values, nodes))
+            remarks.append(_of_other_node(name, today, values, nodes, managed))
             continue
         robot = namespace_of(today, node)
         first = first or robot
@@ -76,8 +79,13 @@ def of_program(where: str, program: tuple[str, str], name: str = "") -> Remark:
 
 
 def _of_other_node(
-    name: str, today: str, values: Mapping[str, Any], nodes: Mapping[str, NodeSpec]
+    name: str,
+    today: str,
+    values: Mapping[str, Any],
+    nodes: Mapping[str, NodeSpec],
+    managed: Collection[str],
 ) -> Remark:
+    """Return a remark on a node that is none of ours; `managed` are a robot's controllers."""
     if (node := node_of(today, nodes)) is not None:
         return Remark(Kind.NOT_NEEDED, name, f"'{node}' of another namespace")
     if (program := program_of(today)) is not None:
@@ -90,7 +98,7 @@ def _of_other_node(
             words = f"{package} {executable} --ros-args -r __node:={last} --params-file FILE"
             reason = f"no node of a stack has this name; 'ros2 run {words}' runs one"
             return Remark(Kind.UNKNOWN, name, reason)
-    known = nav2.of_node(name)
+    known = nav2.of_node(_MANAGER if last in managed else name)
     if known is not None:
         kind, reason = known
         safety = nav2.is_safety("nodes", name.rpartition("/")[2])

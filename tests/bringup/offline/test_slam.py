@@ -12,6 +12,7 @@ import pytest
 
 from arjuna_core.config import load
 from arjuna_core.files.maps import load_map, save_map
+from arjuna_core.grid import OCCUPIED
 from arjuna_core.se2 import SE2
 from arjuna_sim.config import SimulatorConfig
 from arjuna_slam.logs.log import open_log
@@ -157,7 +158,7 @@ def test_the_same_log_gives_the_same_bytes(robot: Robot, tmp_path: Path) -> None
         ("slam --offline room.clf --params no.yaml", "no.yaml"),
         ("nav --offline no.clf --map room.yaml", "no.clf: does not exist"),
         ("nav --offline room.clf --map no.yaml", "no.yaml"),
-        ("nav --offline room.clf --map blank.yaml", "has no occupied cell"),
+        ("nav --offline room.clf --map blank.yaml", "has no free cell"),
     ],
 )
 def test_a_bad_input_is_refused_in_one_line(
@@ -170,7 +171,7 @@ def test_a_bad_input_is_refused_in_one_line(
 ) -> None:
     monkeypatch.chdir(tmp_path)
     blank = room_map()
-    blank.data[:] = 0
+    blank.data[:] = OCCUPIED
     save_map(blank, tmp_path / "blank")
     assert cli.run(parse(words.split())) == REFUSED
     (line,) = capsys.readouterr().err.splitlines()

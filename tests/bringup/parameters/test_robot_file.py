@@ -168,6 +168,7 @@ def test_the_body_is_a_valid_outline_of_the_follower(tmp_path: Path) -> None:
 
 
 MPPI = "plugin: nav2_mppi_controller::MPPIController, motion_model"
+SMOOTHER = "velocity_smoother: {ros__parameters"
 DWB = "plugin: dwb_core::DWBLocalPlanner, max_vel_y"
 
 
@@ -186,7 +187,12 @@ def test_a_controller_that_drives_sideways_is_held_against_the_drive(
     controller = f"controller_plugins: [FollowPath], FollowPath: {{{given}}}"
     file = written(tmp_path, f"controller_server: {{ros__parameters: {{{controller}}}}}")
     assert said in "".join(str(each) for each in check_file(file).remarks)
-    assert check_file(file, str(mecanum().write(tmp_path))).remarks == []
+    robot = str(mecanum().write(tmp_path))
+    assert check_file(file, robot).remarks == []
+    limits = "max_velocity: [0.3, 0.0, 1.0], min_velocity: [-0.3, 0.0, -1.0]"
+    smoothed = written(tmp_path, f"{file.read_text()}\n{SMOOTHER}: {{{limits}}}}}", "smoothed.yaml")
+    remarks = "".join(str(each) for each in check_file(smoothed, robot).remarks)
+    assert ("[0.3, 0.0, 1.0]: none sideways, where 'FollowPath' drives so" in remarks) is bool(said)
 
 
 @pytest.mark.parametrize(
@@ -276,7 +282,7 @@ def test_robot_localization_may_give_the_odometry(
     ("node", "text", "is_said"),
     [
         ("local_costmap: {local_costmap", "global_frame: map}", False),
-        ("collision_monitor", "cmd_vel_out_topic: cmd_vel_smoothed", False),
+        ("collision_monitor", "cmd_vel_in_topic: cmd_vel_nav, cmd_vel_out_topic: between", False),
         ("velocity_smoother", "odom_topic: other", False),
         ("velocity_smoother", "odom_topic: other, feedback: CLOSED_LOOP", True),
     ],
@@ -286,6 +292,27 @@ def test_names_that_are_valid_or_not_heard(
 ) -> None:
     file = written(tmp_path, f"{node}: {{ros__parameters: {{{text}}}}}", "names.yaml")
     assert bool(said_of(["demo", "--params", str(file)], capsys)) is is_said
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("cmd_vel_out_topic: /demo/cmd_vel", "unlike the robot: "),
+        ("cmd_vel_in_topic: raw, cmd_vel_out_topic: safe", "unlike the robot: "),
+        ("cmd_vel_in_topic: cmd_vel, cmd_vel_out_topic: safe", "unlike the robot (SAFETY): "),
+    ],
+)
+def test_commands_that_do_not_reach_the_robot_are_told(
+    text: str, kind: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """It stood without a word, or drove past a monitor whose output nobody takes."""
+    monitor = f"collision_monitor: {{ros__parameters: {{{text}}}}}"
+    words = ["demo", "--params", str(written(tmp_path, monitor, "chain.yaml"))]
+    (line,) = said_of(words, capsys)
+    assert kind in line
+    assert "cmd_vel_out_topic" in line
+    advice = shlex.split(line[line.index("--param") :])
+    assert said_of([*words, *advice], capsys) == []
 
 
 @pytest.mark.parametrize("file", FILES)

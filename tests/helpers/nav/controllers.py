@@ -23,6 +23,7 @@ OWN: dict[str, dict[str, Any]] = {
     "graceful": {
         "plugin": "nav2_graceful_controller::GracefulController",
         "v_linear_max": V_MAX,
+        "slowdown_radius": 0.9,
         "v_angular_max": W_MAX,
         "max_angular_accel": 1.5,
     },

@@ -418,6 +418,18 @@ def test_until_the_robot_got_on_from_where_it_changed(
     assert all(sum(oscillation.allowed, ()))
 
 
+def test_each_path_allows_all_turns_again() -> None:
+    """A robot near its goal that had turned both ways stood until its progress was missed."""
+    config = DwbConfig(critics=("Oscillation", "Twirling"), max_vel_x=0.0, vtheta_samples=3)
+    dwb, pose = Dwb(config, Footprint.circle(0.1), TOLERANCE, PERIOD), ORIGIN @ SE2(1.0, 2.0)
+    dwb.set_path(made_path())
+    for turn in (-0.5, 0.5):
+        dwb._oscillation.take(W(turn), pose, 0.0)
+    assert dwb.compute(pose, STILL, COSTMAP, 0.0).velocity.yaw_rate > 0.0
+    dwb.set_path(made_path())
+    assert dwb.compute(pose, STILL, COSTMAP, 0.0).velocity.yaw_rate < 0.0
+
+
 @pytest.mark.parametrize("seed", range(3))
 def test_a_paths_cells_hold_its_points_and_lie_side_by_side(seed: int) -> None:
     height, width = 30, 40

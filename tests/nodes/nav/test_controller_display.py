@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 from dwb_msgs.msg import LocalPlanEvaluation
-from geometry_msgs.msg import PointStamped
+from geometry_msgs.msg import PointStamped, PoseStamped
 from nav2_msgs.action import FollowPath
 from nav_msgs.msg import Path
 from sensor_msgs.msg import PointCloud2
+from std_msgs.msg import Bool
 from tf2_msgs.msg import TFMessage
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -21,6 +23,7 @@ from tests.helpers.nav.navigation import CANCELED, Goal, PlayedRobot, started
 from tests.nav.worlds import polyline
 
 ROUTE = path_msg(polyline([(0.0, 0.0), (2.0, 0.0)], 0.0), "map", 0.0)
+BACK = path_msg(polyline([(0.0, 0.0), (-2.0, 0.0)], math.pi), "map", 0.0)
 DWB = {
     "FollowPath.plugin": "dwb_core::DWBLocalPlanner",
     "FollowPath.critics": ["GoalDist", "PathDist", "BaseObstacle"],
@@ -68,6 +71,32 @@ def test_dwb_s_trajectories_and_cells_are_shown() -> None:
     assert {each.header.frame_id for each in (lines[0], cloud, parts[-1], plans[-1])} == {"map"}
     assert poses_from_path(parts[-1])[-1, 0] == pytest.approx(2.0)
     assert poses_from_path(plans[-1])[-1, 0] > robot.pose.x + 0.1
+
+
+def test_pure_pursuit_shows_how_it_turns() -> None:
+    """By the names that RViz's configurations of Nav2 have."""
+    fixed = {"FollowPath.use_fixed_curvature_lookahead": True}
+    robot = made(**fixed, **{"FollowPath.curvature_lookahead_dist": 0.9})
+    bends = robot.bench.collect(PointStamped, "/curvature_lookahead_point")
+    turns = robot.bench.collect(Bool, "/is_rotating_to_heading")
+    arcs = robot.bench.collect(Path, "/lookahead_collision_arc")
+    follow(robot)
+    robot.run(0.3)
+    assert {each.header.frame_id for each in (bends[-1], arcs[-1])} == {"map"}
+    assert bends[-1].point.x - robot.pose.x == pytest.approx(0.9, abs=0.1)
+    assert not turns[-1].data
+    robot.send(FollowPath, "follow_path", FollowPath.Goal(path=BACK))
+    robot.run(0.3)
+    assert turns[-1].data
+
+
+def test_the_graceful_controller_shows_its_target() -> None:
+    robot = made(**{"FollowPath.plugin": "nav2_graceful_controller::GracefulController"})
+    targets = robot.bench.collect(PoseStamped, "/motion_target")
+    follow(robot)
+    robot.run(0.3)
+    assert targets[-1].header.frame_id == "map"
+    assert targets[-1].pose.position.x - robot.pose.x == pytest.approx(1.0, abs=0.15)
 
 
 def test_mppi_s_rollouts_are_shown_as_points_with_their_colours() -> None:

@@ -217,7 +217,7 @@ def map_message(width: int, height: int, value: int) -> OccupancyGridMsg:
     ("message", "reason"),
     [
         (map_message(0, 0, 0), "0 cells for 0 x 0"),
-        (map_message(1, 1, 0), "has no occupied cell"),
+        (map_message(1, 1, 100), "has no free cell"),
     ],
 )
 def test_a_bad_map_is_refused_with_a_reason_and_the_last_one_kept(
@@ -281,13 +281,24 @@ def test_on_a_newer_map_of_the_same_building_the_pose_is_kept(room: Room) -> Non
 
 def test_a_bad_first_map_is_refused_and_a_good_one_used(room: Room, logged: Logged) -> None:
     started(room, with_map=False)
-    room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 0), qos.LATCHED)
+    room.bench.publish(OccupancyGridMsg, "map", map_message(1, 1, 100), qos.LATCHED)
     room.drive(3)
     assert room.poses == []
-    assert any("has no occupied cell" in line for line in logged.errors)
+    assert any("has no free cell" in line for line in logged.errors)
     room.publish_map()
     room.drive(3)
     assert room.error[0] < 0.06
+
+
+def test_on_a_map_that_shows_nothing_odometry_leads(room: Room, logged: Logged) -> None:
+    started(room, with_map=False)
+    room.publish_map(OccupancyGrid(ROOM.frame, np.full_like(ROOM.data, FREE)))
+    room.put_robot(room.robot.pose)
+    room.drive(10)
+    assert room.transforms
+    assert room.error[0] < 0.2
+    assert [line for line in logged.warnings if "odometry alone" in line]
+    assert not [line for line in logged.warnings if "lost" in line]
 
 
 def test_scans_of_an_unknown_frame_are_dropped_with_a_reason(room: Room, logged: Logged) -> None:

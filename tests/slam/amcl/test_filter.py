@@ -283,10 +283,10 @@ def test_bad_odometry_is_refused_and_the_last_good_state_kept() -> None:
     assert run.error[0] < 0.06
 
 
-@pytest.mark.parametrize(("value", "missing"), [(-1, "free"), (0, "occupied"), (100, "free")])
-def test_a_map_in_which_no_robot_can_be_found_is_refused(value: int, missing: str) -> None:
+@pytest.mark.parametrize("value", [-1, 100])
+def test_a_map_in_which_no_robot_can_be_is_refused(value: int) -> None:
     grid = OccupancyGrid(GridFrame(0.05, 4, 3), np.full((3, 4), value, np.int8))
-    with pytest.raises(LocalizationError, match=f"4 x 3 cells. has no {missing} cell"):
+    with pytest.raises(LocalizationError, match="has no free cell"):
         ParticleFilter(AmclConfig(), grid, np.random.default_rng(0))
 
 

@@ -246,6 +246,15 @@ def test_a_class_of_someone_s_c_is_left_out_or_one_of_ours_stands_in_for_it(
     assert held.startswith(expected) if isinstance(held, str) else held[: len(expected)] == expected
 
 
+def test_a_robot_s_controllers_are_those_that_its_manager_has() -> None:
+    manager = {"update_rate": 100, "left_fin.type": "forward_command_controller/X"}
+    joints: dict[str, Any] = {"joints": ["fin"]}
+    given = {"controller_manager": manager, "left_fin": joints, "fins": joints}
+    kinds = {one.where: one.kind for one in understood(given).remarks}
+    assert kinds["left_fin"] == kinds["controller_manager"] == Kind.NO_EFFECT
+    assert kinds["fins"] == Kind.UNKNOWN
+
+
 @pytest.mark.parametrize("shim", [False, True])
 def test_what_stands_in_for_a_controller_keeps_the_limits_of_its_file(shim: bool) -> None:
     own = {"FollowPath.plugin": "ours::Bands", "FollowPath.max_vel_x": 0.2}
@@ -256,6 +265,9 @@ def test_what_stands_in_for_a_controller_keeps_the_limits_of_its_file(shim: bool
     assert "desired_linear_vel 0.2;" in str(found.remarks[0])
     held = {"desired_linear_vel": 0.2, "max_angular_accel": 3.2}
     assert all(value(found, "controller_server", f"FollowPath.{k}") == v for k, v in held.items())
+    grouped = {"FollowPath.plugin": "ours::Bands", "FollowPath.Constraints.max_vx": 0.4}
+    other = understood({"controller_server": {**grouped, "FollowPath.Limits.max_wz": 0.5}})
+    assert "desired_linear_vel 0.4, rotate_to_heading_angular_vel 0.5;" in str(other.remarks[0])
     said = {"controller_server": {**given, "FollowPath.desired_linear_vel": 0.3}}
     assert value(understood(said), "controller_server", "FollowPath.desired_linear_vel") == 0.3
 
