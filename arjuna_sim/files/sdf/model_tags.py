@@ -236,6 +236,9 @@ class ModelReader:
                     parts += own
                     if tag == "collision":
                         weighed += volume_of(own) * _density(xml, element, link, label)
+        if read.solid and not read.drawn and _has_look(link):
+            xml.note(f"{label}: its <collision> is drawn, as no <visual> of it can be")
+            read.drawn += read.solid
         inertial = link.find("inertial")
         if inertial is not None and is_true(inertial.get("auto")) and weighed > 0.0:
             read = replace(read, mass=weighed)
@@ -246,6 +249,12 @@ class ModelReader:
         if self._parts > PARTS_MAX:
             problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
             raise ExcessError(xml.path, problem, label)
+
+
+def _has_look(link: Element) -> bool:
+    """Return whether something of a link is to be drawn, by its file."""
+    shapes = [shape.tag for shape in link.iterfind("visual/geometry/*")]
+    return bool(shapes) and "empty" not in shapes
 
 
 def _is_ghost(collision: Element) -> bool:
