@@ -218,11 +218,11 @@ class ModelReader:
             label = f"link '{name.replace('::', '/')}'"
         for sensor in link.findall("sensor"):
             with self._leaving_out(xml, f"{label} sensor"):
-                pose = scope.pose(sensor, f"{label} sensor", T_model_link)
+                pose = scope.in_link(sensor, f"{label} sensor", T_model_link)
                 read.sensors.append((sensor, T_model @ pose))
         for light in link.findall("light"):
             with leaving_out(xml, f"{label} light"):
-                pose = scope.pose(light, f"{label} light", T_model_link)
+                pose = scope.in_link(light, f"{label} light", T_model_link)
                 read.lights += read_light(xml, light, T_model @ pose)
         weighed = 0.0
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
@@ -285,7 +285,7 @@ def _parts(
     if read is None:
         return []
     shape, T_own = read
-    pose = T_world @ scope.pose(element, label, T_link) @ T_own
+    pose = T_world @ scope.in_link(element, label, T_link) @ T_own
     friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
     return dressed(xml, Part(shape, pose, colour, friction), element, label)
 
