@@ -31,6 +31,7 @@ from arjuna_sim.files.sdf.robots_in_world import (
     driven_joints,
     is_mover,
     models_by_name,
+    read_follower,
     read_mover,
     robots_of,
 )
@@ -48,6 +49,7 @@ from arjuna_sim.model.world import (
     Body,
     Earth,
     Fixture,
+    Follower,
     Movable,
     Mover,
     Trajectory,
@@ -247,6 +249,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
         look,
         tuple(reader.sensors),
         reader.movers,
+        reader.followers,
     )
 
 
@@ -265,6 +268,7 @@ class _Reader:
         self.lights: list[Light] = []
         self.sensors: list[Fixture] = []
         self.movers: dict[str, Mover] = {}
+        self.followers: dict[str, Follower] = {}
         self.known: list[Element] = []  # models with plugins that are simulated
 
     def read(self, world: Element, without: Collection[str]) -> None:
@@ -333,9 +337,8 @@ class _Reader:
                 touches = any(link.self_collides for link in group.links)
                 mass = self._mass(called, group)
                 self.movable[called] = Movable(mass, group.hinge, floats, on, touches)
-                if is_mover(model) and called == name:
-                    self.movers[name] = read_mover(xml, model, name)
-                    self.known.append(model)
+                if called == name and group.hinge is None:
+                    self._moved(model, name, group.links[0].T_world)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             self.lights += [light for link in group.links for light in link.lights]
             if moves and any(link.lights for link in group.links):
@@ -345,6 +348,16 @@ class _Reader:
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
             ]
+
+    def _moved(self, model: Element, name: str, T_world: Pose3) -> None:
+        """Keep what a model's plugin moves it by, which stands free."""
+        with leaving_out(self._xml, f"plugin of model '{name}'"):
+            if is_mover(model):
+                self.movers[name] = read_mover(self._xml, model, name)
+                self.known.append(model)
+            elif (follower := read_follower(self._xml, model, name, T_world)) is not None:
+                self.followers[name] = follower
+                self.known.append(model)
 
     def _note_pieces(self, name: str, group: RigidGroup, most: int) -> None:
         """Note which meshes have contacts that differ from their surface."""
