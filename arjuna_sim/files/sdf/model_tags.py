@@ -31,6 +31,7 @@ _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
     *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link", "sensor"),
 )
+_PLACED = ("collision", "visual", "inertial", "joint", "sensor")
 SWINGING = ("revolute", "continuous", "prismatic")
 """Kinds of joints that let a link move about or along one axis."""
 WORLD = "world"
@@ -160,6 +161,11 @@ class ModelReader:
         static = static or is_static(model)
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
+        tags = [tag for tag in _PLACED if model.find(f".//{tag}[origin]") is not None]
+        if tags:
+            where = ", ".join(f"<{tag}>" for tag in tags)
+            text = f"{label}: <origin> of {where}: no tag of SDF, and left out, as Gazebo does"
+            xml.note(f"{text}; <pose> places it", NoteKind.IGNORED)
         for link in model.findall("link"):
             with self._leaving_out(xml, f"{label} link '{link.get('name', '?')}'"):
                 of = prefix, label, static, model
@@ -209,8 +215,8 @@ class ModelReader:
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
         touches = is_true(link.findtext("self_collide") or model.findtext("self_collide"))
-        text = link.findtext("inertial/mass")
-        mass = None if text is None else xml.numbers(text, 1, f"{label} <mass>")[0]
+        text = link.findtext("inertial/mass") or ""
+        mass = xml.numbers(text, 1, f"{label} <mass>")[0] if text.strip() else None
         name = prefix + link.get("name", "?").strip()
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
         read.self_collides = touches

@@ -154,6 +154,17 @@ def test_a_collision_is_drawn_where_no_visual_can_be(
     assert any("is drawn, as no <visual>" in t for t in texts(world.notes)) == ("mesh" in visual)
 
 
+def test_what_a_urdf_says_otherwise_is_noted_and_left_out_as_gazebo_does(tmp_path: Path) -> None:
+    inertial = "<inertial><origin xyz='9 0 0'/><mass value='5'/></inertial>"
+    solid = _SOLID.replace("<geometry>", "<origin xyz='9 0 0'/><geometry>")
+    world = _loaded(tmp_path, f"<model name='m'><link name='l'>{inertial}{solid}</link></model>")
+    (body,) = (body for body in world.bodies if body.model == "m")
+    assert body.part.pose.position == (0.0, 0.0, 0.0)
+    assert world.movable["m"].mass == 1.0  # SDF's default
+    said = "model 'm': <origin> of <collision>, <inertial>: no tag of SDF, and left out, as Gazebo"
+    assert f"{said} does; <pose> places it" in texts(world.notes)
+
+
 def test_an_actor_of_links_is_as_they_are_and_as_high_as_it_begins(tmp_path: Path) -> None:
     way = "".join(
         f"<waypoint><time>{t}</time><pose>{t} 1 0.5 0 0 0</pose></waypoint>" for t in (0, 2)
