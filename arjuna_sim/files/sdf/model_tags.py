@@ -222,14 +222,7 @@ class ModelReader:
         read.self_collides = touches
         if self._is_robot:
             label = f"link '{name.replace('::', '/')}'"
-        for sensor in link.findall("sensor"):
-            with self._leaving_out(xml, f"{label} sensor"):
-                pose = scope.in_link(sensor, f"{label} sensor", T_model_link)
-                read.sensors.append((sensor, T_model @ pose))
-        for light in link.findall("light"):
-            with leaving_out(xml, f"{label} light"):
-                pose = scope.in_link(light, f"{label} light", T_model_link)
-                read.lights += read_light(xml, light, T_model @ pose)
+        self._hang(read, label, scope, T_model, T_model_link)
         weighed = 0.0
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
@@ -249,6 +242,20 @@ class ModelReader:
         if inertial is not None and is_true(inertial.get("auto")) and weighed > 0.0:
             read = replace(read, mass=weighed)
         return read
+
+    def _hang(
+        self, read: SdfLink, label: str, scope: Scope, T_model: Pose3, T_model_link: Pose3
+    ) -> None:
+        """Read the sensors and lights of a link."""
+        xml = read.file
+        for sensor in read.element.findall("sensor"):
+            with self._leaving_out(xml, f"{label} sensor"):
+                pose = scope.in_link(sensor, f"{label} sensor", T_model_link)
+                read.sensors.append((sensor, T_model @ pose))
+        for light in read.element.findall("light"):
+            with leaving_out(xml, f"{label} light"):
+                pose = scope.in_link(light, f"{label} light", T_model_link)
+                read.lights += read_light(xml, light, T_model @ pose)
 
     def _tally(self, xml: XmlFile, label: str) -> None:
         self._parts += 1
