@@ -166,7 +166,8 @@ class Batch:
         self._site = int(model.site(lidar.site).id)
         self._beams = wp.array(beams.astype(np.float32), dtype=wp.vec3)
         self._rays = [wp.empty(shape, dtype=wp.vec3) for _ in range(2)]
-        groups = [float(group == Group.WORLD_COLLISION.value) for group in range(6)]
+        seen = Group.WORLD_VISUAL if lidar.rendered else Group.WORLD_COLLISION
+        groups = [float(group == seen.value) for group in range(6)]
         self._seen = wp.types.vector(6, float)(*groups)
         self._own = wp.full(lidar.samples, -1, dtype=int)
         self._hits = [wp.empty(shape, dtype=kind) for kind in (float, int, wp.vec3)]

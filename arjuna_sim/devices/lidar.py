@@ -43,7 +43,7 @@ class Lidar:
         self._config = config
         self._noise = settings.noise if config.noise < 0.0 else config.noise
         self._rng = rng
-        self._rays = Rays(model, settings.site)
+        self._rays = Rays(model, settings.site, settings.rendered)
         span = settings.angle_max - settings.angle_min
         self._increment = span / max(1, settings.samples - 1)
         angles = settings.angle_min + self._increment * np.arange(settings.samples)
@@ -173,7 +173,7 @@ class Beams(StaticDevice):
     """Casts the beams of a lidar of several rows, or those in a sonar's cone, all at once."""
 
     def __init__(self, settings: CloudSettings, mount: Mount) -> None:
-        self._caster = Rays(mount.model, settings.site)
+        self._caster = Rays(mount.model, settings.site, settings.rendered)
         super().__init__(settings, mount)
         across = np.linspace(settings.angle_min, settings.angle_max, settings.samples)
         if settings.samples == 1:

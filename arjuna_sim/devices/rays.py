@@ -26,7 +26,6 @@ _MISS = np.inf
 
 Triple = tuple[float, float, float]
 _inlined = njit(cache=True, error_model="numpy", forceinline=True)  # a call costs half a test
-_SEEN = np.array([group == Group.WORLD_COLLISION.value for group in range(6)], np.uint8)
 
 
 @njit(cache=True, error_model="numpy")
@@ -184,10 +183,20 @@ def _to_plane(size: Triple, start: Triple, direction: Triple) -> float:
 
 
 class Rays:
-    """Casts rays of a sensor, which sees the world and other robots but not its own."""
+    """Casts rays of a sensor, which sees the world and other robots but not its own.
 
-    def __init__(self, model: Any, site: str) -> None:
+    Args:
+        rendered: Whether it sees what is drawn, as Gazebo's `gpu_` sensors; else what is solid.
+    """
+
+    def __init__(self, model: Any, site: str, rendered: bool = False) -> None:
         self._name = site
+        self._world, self._robot = (
+            (Group.WORLD_VISUAL, Group.ROBOT_VISUAL)
+            if rendered
+            else (Group.WORLD_COLLISION, Group.ROBOT_COLLISION)
+        )
+        self._mask = np.array([i == self._world.value for i in range(6)], np.uint8)
         self._hits = np.zeros((0, 1), np.int32)
         self.rebind(model)
 
@@ -196,11 +205,11 @@ class Rays:
         self._model = model
         self.site = int(model.site(self._name).id)
         own = model.body_rootid[model.site_bodyid[self.site]]
-        is_world = model.geom_group == Group.WORLD_COLLISION.value
-        is_robot = model.geom_group == Group.ROBOT_COLLISION.value
+        is_world = model.geom_group == self._world.value
+        is_robot = model.geom_group == self._robot.value
         others = is_robot & (model.body_rootid[model.geom_bodyid] != own)
         self._others = np.flatnonzero(others)
-        self._seen = np.flatnonzero((others | is_world) & _is_drawn(model))
+        self._seen = np.flatnonzero((others | is_world) & _is_opaque(model))
         self._are_solids = bool(np.isin(model.geom_type[self._seen], SOLIDS).all())
 
     def cast(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:
@@ -225,14 +234,14 @@ class Rays:
         if len(self._hits) != len(rays):
             self._hits = np.zeros((len(rays), 1), np.int32)
         groups, others = self._model.geom_group, self._others
-        groups[others] = Group.WORLD_COLLISION.value  # which rays see
+        groups[others] = self._world.value  # which rays see
         ranges = np.empty(len(rays))
         mujoco.mj_multiRay(
             self._model,
             data,
             np.ascontiguousarray(origin).reshape(3, 1),
             np.ascontiguousarray(rays).reshape(-1, 1),
-            _SEEN,
+            self._mask,
             True,
             -1,
             self._hits,
@@ -241,12 +250,12 @@ class Rays:
             len(rays),
             reach,
         )
-        groups[others] = Group.ROBOT_COLLISION.value
+        groups[others] = self._robot.value
         ranges[ranges < 0.0] = np.inf
         return ranges
 
 
-def _is_drawn(model: Any) -> Bools:
+def _is_opaque(model: Any) -> Bools:
     """Return which geoms are not wholly transparent: those that are MuJoCo's rays pass through."""
     material, alpha = model.geom_matid, model.geom_rgba[:, 3].copy()
     has_material = material >= 0

@@ -24,8 +24,11 @@ _POSITION_MAX = 1e6  # [m]
 
 
 def root_tag(text: bytes) -> str:
-    """Return whether a text holds `sdf` or `robot`, by whichever tag is first; "" for neither."""
-    root = re.search(rb"<\s*(sdf|robot)\b", text)
+    """Return whether a text holds `sdf` or `robot`, by whichever tag is first; "" for neither.
+
+    What its comments speak of does not count.
+    """
+    root = re.search(rb"<\s*(sdf|robot)\b", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
     return root.group(1).decode() if root is not None else ""
 
 

@@ -14,6 +14,7 @@ from arjuna_sim.model.urdf import Joint, Mimic, Urdf
 CASTER_GAP_MAX = 0.008
 """Greatest height of a caster above the ground that its robot stands on [m]."""
 _ACROSS = 0.9  # least part across the robot of an axle on which a wheel rolls along
+_UPRIGHT = 0.7  # least part along z of the axis of a joint that steers
 _ROUNDS, _STICKS = 100, 1e-6  # of the search for how wheels slip, and what is no slip [m/s]
 
 
@@ -23,6 +24,11 @@ def axis(urdf: Urdf, joint: str) -> Floats:
         urdf.joints[joint].axis
     )
     return turned
+
+
+def is_upright(urdf: Urdf, joint: str) -> bool:
+    """Return whether a joint turns about the vertical, or nearly."""
+    return abs(float(axis(urdf, joint)[2])) > _UPRIGHT
 
 
 def wheel_sign(urdf: Urdf, joint: str) -> float:

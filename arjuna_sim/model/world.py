@@ -205,6 +205,28 @@ class Mover(NamedTuple):
     topic: str
 
 
+class Follower(NamedTuple):
+    """What pushes a model from waypoint to waypoint, by forces.
+
+    Attributes:
+        waypoints: In the world [m].
+        loop: Whether it begins again behind the last.
+        force: Along its x axis, while it is headed for the next [N].
+        torque: About its z axis, while it is not [N m].
+        reach: How near it comes to a waypoint [m].
+        aim: How far off a waypoint's bearing it is headed for it [rad].
+        holds: Whether it stops turning once it is headed for it.
+    """
+
+    waypoints: tuple[tuple[float, float], ...]
+    loop: bool = False
+    force: float = 60.0
+    torque: float = 50.0
+    reach: float = 0.5
+    aim: float = math.radians(2.0)
+    holds: bool = False
+
+
 @dataclass(frozen=True)
 class World:
     """A world as it was read.
@@ -215,6 +237,7 @@ class World:
         actors: What moves by itself.
         movable: By name, the models that can be pushed.
         movers: By name, those of them that move by themselves.
+        followers: By name, those of them that are pushed along waypoints.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
         look: Its lights, sky and fog.
@@ -232,6 +255,7 @@ class World:
     look: Look = field(default_factory=Look)
     sensors: tuple[Fixture, ...] = ()
     movers: Mapping[str, Mover] = field(default_factory=dict)
+    followers: Mapping[str, Follower] = field(default_factory=dict)
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

@@ -11,10 +11,11 @@ from arjuna_sim.model.look import LightKind, Look
 
 _SKY, _HORIZON = (0.4, 0.6, 0.9), (0.9, 0.9, 0.9)
 _ABOVE = 20.0  # how far from the origin the sun stands [m]
+_SHADED = 10.0  # how far about the origin it casts shadows at least [m]: their edge is stippled
 
 
 def add_look(spec: Any, look: Look) -> None:
-    """Add a world's lights, sky and fog to a spec; `set_fog` completes the fog.
+    """Add a world's lights, sky and fog to a spec; `set_reach` completes them.
 
     OpenGL draws directional lights and cones: a point light is a cone all round.
     """
@@ -50,8 +51,9 @@ def add_look(spec: Any, look: Look) -> None:
     visual.rgba.fog = (0.0,) * 4 if look.fog is None else (*look.fog.colour, 1.0)
 
 
-def set_fog(model: Any, look: Look) -> None:
-    """Set where a compiled model's fog begins and ends, which MuJoCo counts in its extent."""
+def set_reach(model: Any, look: Look) -> None:
+    """Set how far a compiled model's shadows and fog reach, which MuJoCo counts in its extent."""
+    model.vis.map.shadowclip = max(1.0, _SHADED / model.stat.extent)
     if look.fog is not None:
         model.vis.map.fogstart = look.fog.start / model.stat.extent
         model.vis.map.fogend = look.fog.end / model.stat.extent

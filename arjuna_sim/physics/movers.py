@@ -1,15 +1,17 @@
-"""Bodies that a world's file moves: they keep their velocity until something holds them."""
+"""Bodies that a world's file moves: they keep their velocity, or are pushed along waypoints."""
 
 from __future__ import annotations
 
 import math
+from collections import deque
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from arjuna_core.twist import Velocity
-from arjuna_sim.model.world import Mover
+from arjuna_sim.model.world import Follower, Mover
 
 _MOST = np.array((30.0, 30.0, 100.0))  # as hard as it pushes [m/s^2, m/s^2, rad/s^2]
 
@@ -17,23 +19,30 @@ _MOST = np.array((30.0, 30.0, 100.0))  # as hard as it pushes [m/s^2, m/s^2, rad
 class Movers:
     """Keeps the velocity of bodies in their own frames, as gz-sim's VelocityControl does.
 
-    They fall and do not tip, the ground takes nothing off them, and walls stop them.
+    They fall and do not tip, the ground takes nothing off them, and walls stop them. Followers are
+    pushed and turned by forces, as its TrajectoryFollower does: the ground holds them, too.
 
     Args:
         found: By name.
+        followers: By name, too.
     """
 
-    def __init__(self, found: Mapping[str, Mover]) -> None:
+    def __init__(
+        self, found: Mapping[str, Mover], followers: Mapping[str, Follower] = MappingProxyType({})
+    ) -> None:
         self._starts = {name: mover.velocity for name, mover in found.items()}
+        self._followers = dict(followers)
         self.rewind()
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self._starts)
+        return bool(self._starts or self._followers)
 
     def rewind(self) -> None:
-        """Take the commands of the start again."""
+        """Take the commands and the waypoints of the start again."""
         self._wanted = dict(self._starts)
+        self._ways = {name: deque(each.waypoints) for name, each in self._followers.items()}
+        self._held: set[str] = set()
 
     def command(self, name: str, velocity: Velocity) -> None:
         """Command one until the next command."""
@@ -46,7 +55,9 @@ class Movers:
             model.geom_condim[geoms], model.geom_priority[geoms] = 1, 1
 
     def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
-        """Push those whose bodies' positions and rates `handles` has to their velocities."""
+        """Push those whose bodies' positions and rates `handles` has."""
+        for name in self._followers.keys() & handles.keys():
+            self._follow(name, model, data, handles[name])
         for name in self._starts.keys() & handles.keys():
             wanted, (_, at, rate) = self._wanted[name], handles[name]
             w, x, y, z = data.qpos[at + 3 : at + 7].tolist()
@@ -57,3 +68,26 @@ class Movers:
             push = ((x, y, wanted.yaw_rate) - data.qvel[rates]) / model.opt.timestep
             data.qfrc_applied[rates] = model.dof_M0[rates] * np.clip(push, -_MOST, _MOST)
             data.qvel[rate + 3 : rate + 5] = 0.0
+
+    def _follow(self, name: str, model: Any, data: Any, handle: tuple[int, int, int]) -> None:
+        """Push a body at its centre of mass to its next waypoint, or turn it there."""
+        follower, way, (_, at, rate) = self._followers[name], self._ways[name], handle
+        body = model.dof_bodyid[rate]
+        turned = data.xmat[body].reshape(3, 3)
+        to = turned.T @ (*(way[0] - data.qpos[at : at + 2]), 0.0)
+        bearing, push = math.atan2(to[1], to[0]), data.xfrc_applied[body]
+        push[:] = 0.0
+        if np.linalg.norm(to) <= follower.reach:
+            if follower.loop:
+                way.rotate(-1)
+            elif len(way) > 1:
+                way.popleft()
+        elif abs(bearing) <= follower.aim:
+            push[:3] = follower.force * turned[:, 0]
+            if follower.holds and abs(bearing) <= follower.aim / 2:
+                self._held.add(name)
+        else:
+            push[3:] = math.copysign(follower.torque, bearing) * turned[:, 2]
+            self._held.discard(name)
+        if name in self._held:
+            data.qvel[rate + 3 : rate + 6] = 0.0

@@ -24,7 +24,7 @@ from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity, add_fixture, let_pass
 from arjuna_sim.physics.geoms import add_world, rank_friction
 from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
-from arjuna_sim.physics.lights import set_fog
+from arjuna_sim.physics.lights import set_reach
 from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep, loaded, saved
 from arjuna_sim.physics.wheels.servo import ServoConfig, Servos, roller_addresses, tune_servos
@@ -106,7 +106,7 @@ def build_scene(
     make = _kept if keep and _faces(world) >= _SLOW else _made
     model, models, owners = make(*made_of)
     _set_scale(model)
-    set_fog(model, world.look)
+    set_reach(model, world.look)
     let_sleep(model, [_root(model, robot) for robot in robots.values()])
     return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
 

@@ -65,7 +65,7 @@ class Stage:
 
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
-        self.movers = Movers(world.movers)
+        self.movers = Movers(world.movers, world.followers)
         compiled = self._compile(world, entities, taken, keep=True)
         self._install(world, entities, taken, *compiled)
         self._stand_people_up()

@@ -185,11 +185,11 @@ def test_every_kind_of_sensor_has_its_name(tmp_path: Path) -> None:
     said = "\n".join(line for line in lines if ": topic " in line or " samples" in line)
     assert said == (
         "  lidar: topic scan, frame pole, 10 Hz, on pole\n"
-        "    32 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m\n"
+        "    32 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m, sees what is drawn\n"
         "  depth camera: topic camera/image_raw, frame pole_optical_frame (pole in the file),"
         " 30 Hz, on pole\n"
         "  lidar of several rows: topic scan/points, frame pole, 10 Hz, on pole\n"
-        "    32 x 4 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m\n"
+        "    32 x 4 samples, -57.3 to 57.3 deg, 0.5 to 30 m, noise 0.02 m, sees what is drawn\n"
         "  GPS: topic gps/fix, frame pole, 5 Hz, on pole\n"
         "  magnetometer: topic imu/mag, frame pole, 20 Hz, on pole\n"
         "  altimeter: topic altimeter, frame pole, 20 Hz, on pole\n"
@@ -234,9 +234,8 @@ def test_a_world_is_reported_model_by_model(tmp_path: Path) -> None:
         "  sign at 0 0 0: solid: nothing; drawn: 1",
         "  ground_plane at 0 0 0: solid: 1 plane; drawn: 1",
         "  actor bob",
-        "not simulated, or otherwise than the file says (3):",
+        "not simulated, or otherwise than the file says (2):",
         "  - actor 'bob': an upright cylinder stands for its skin",
-        "  - model 'sign': is only drawn, so no lidar sees it",
         "  - has no ground plane: one is put at height 0",
     ]
     assert Found(("a", "b"), ()).text() == "a\nb\nall understood"

@@ -48,7 +48,11 @@ class LidarConfig:
 
 @dataclass(frozen=True, kw_only=True)
 class LidarSettings(SensorSettings):
-    """A planar lidar: angles [rad], ranges [m], standard deviation of noise [m]."""
+    """A planar lidar: angles [rad], ranges [m], standard deviation of noise [m].
+
+    Attributes:
+        rendered: Whether it sees what is drawn, rather than what is solid.
+    """
 
     TITLE: ClassVar[str] = "lidar"
     IS_PRIMARY: ClassVar[bool] = True
@@ -59,6 +63,7 @@ class LidarSettings(SensorSettings):
     range_min: float
     range_max: float
     noise: float
+    rendered: bool = False
     topic: str = TOPIC
 
     def details(self) -> str:
@@ -70,6 +75,7 @@ class LidarSettings(SensorSettings):
         return (
             f"{samples} samples, {low:.1f} to {high:.1f} deg,"
             f" {self.range_min:g} to {self.range_max:g} m, noise {self.noise:g} m"
+            f"{', sees what is drawn' if self.rendered else ''}"
         )
 
 
@@ -100,6 +106,8 @@ class RangeSettings(CloudSettings):
 def read_lidar(tag: SensorTag) -> list[SensorSettings]:
     """Read the outputs of a lidar: a scan, a cloud of points, a range, or several of them.
 
+    As in Gazebo a `gpu_` one sees visuals, any other collisions.
+
     Raises:
         RobotError: A value is invalid.
     """
@@ -112,7 +120,7 @@ def read_lidar(tag: SensorTag) -> list[SensorSettings]:
         raise tag.fail(f"{problem}; valid: up to {_BEAMS_MAX}")
     is_cloud = any(word in output for word in _CLOUD)
     is_named = is_cloud or "laser" in output
-    if "range" in output or (not is_named and _is_cone(beams, rows)):
+    if "range" in output or "sonar" in output or (not is_named and _is_cone(beams, rows)):
         mount = tag.mount(10.0, tag.own_topic("range"))
         return [RangeSettings(**mount, **beams, **rows, infrared=_is_infrared(tag, output))]
     beams |= tag.mount(10.0, LidarSettings.TOPIC)
@@ -225,6 +233,7 @@ def _beams_of(tag: SensorTag) -> dict[str, Any]:
         "range_min": range_min,
         "range_max": range_max,
         "noise": tag.deviation("ray/noise", "lidar/noise", "noise") or 0.0,
+        "rendered": tag.element.get("type", "").startswith("gpu_"),
     }
 
 

@@ -10,7 +10,6 @@ from collections.abc import Collection, Mapping
 import numpy as np
 
 from arjuna_core.pose3 import Pose3
-from arjuna_sim.files.robots.drive_kinds import is_upright
 from arjuna_sim.files.robots.rollers import turned_to
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import (
@@ -26,7 +25,7 @@ from arjuna_sim.model.geometry.shapes import (
 from arjuna_sim.model.robot import ANCHOR
 from arjuna_sim.model.settings import DriveKind, DriveSettings
 from arjuna_sim.model.urdf import Link, Urdf
-from arjuna_sim.model.wheels import CASTER_GAP_MAX, axis, center, radius_of
+from arjuna_sim.model.wheels import CASTER_GAP_MAX, axis, center, is_upright, radius_of
 
 CASTER_FRICTION = 0.01
 """Of what slides along on the ground: a fixed shape there stands for a caster, which rolls."""
@@ -235,7 +234,7 @@ def _trailed(urdf: Urdf) -> set[str]:
         hinge = next((j for j in urdf.above(wheel.parent) if j.kind != "fixed"), None)
         # The axis of a wheel is within 17 degrees of level.
         rolls = wheel.kind == "continuous" and abs(float(axis(urdf, name)[2])) < 0.3
-        if rolls and hinge is not None and is_upright(urdf, hinge):
+        if rolls and hinge is not None and is_upright(urdf, hinge.name):
             axles.setdefault(hinge.name, []).append(wheel.child)
     found = (link for links in axles.values() if len(links) > 1 for link in links)
     return {link for link in found if _CASTER.search(link) is None}

@@ -17,6 +17,7 @@ from arjuna_sim.model.wheels import (
     axis,
     center,
     effective_track,
+    is_upright,
     radius_of,
     rolling_direction,
     span,
@@ -30,7 +31,7 @@ _SPREAD = (
 )
 _STEERS = re.compile(r"steer|swerve|azimuth|kingpin|knuckle|turn|swivel|hinge", re.I)
 _PASSIVE = re.compile(r"cast[eo]r", re.I)
-_UPRIGHT, _ACROSS = 0.7, 0.5  # least part of a steering axis along z, and of a wheel's along y
+_ACROSS = 0.5  # least part of a wheel's axis along y
 _LIMITS = (0.05, 1.4)  # of what steering about one centre can do [rad]
 _QUARTER = math.pi / 2 - 0.02  # of a turn; wheels that are steered so far point in any direction
 _OTHERWISE = {
@@ -125,7 +126,7 @@ def steering_joints(urdf: Urdf) -> tuple[str, ...]:
             or (joint.kind == "revolute" and _is_above(urdf, joint))
         )
         and _PASSIVE.search(f"{joint.name} {joint.child}") is None
-        and is_upright(urdf, joint)
+        and is_upright(urdf, joint.name)
     )
 
 
@@ -134,12 +135,7 @@ def trails(urdf: Urdf, wheel: str) -> bool:
     joint = next(urdf.above(urdf.joints[wheel].parent), None)
     if joint is None or joint.kind != "continuous":
         return False
-    return is_upright(urdf, joint) and not _is_above(urdf, joint)
-
-
-def is_upright(urdf: Urdf, joint: Joint) -> bool:
-    """Return whether a joint turns about the vertical, or nearly."""
-    return abs(float(axis(urdf, joint.name)[2])) > _UPRIGHT
+    return is_upright(urdf, joint.name) and not _is_above(urdf, joint)
 
 
 def _is_above(urdf: Urdf, joint: Joint) -> bool:
@@ -159,7 +155,7 @@ def with_steering(xml: XmlFile, urdf: Urdf, drive: DriveSettings) -> DriveSettin
 
     Where no plugin names the driven wheels, those drive that are not steered, if there are any.
     """
-    named = tuple(n for n in drive.steering if is_upright(urdf, urdf.joints[n]))
+    named = tuple(n for n in drive.steering if is_upright(urdf, n))
     steering = named or steering_joints(urdf)
     if not steering or not drive.wheels:
         return None
@@ -199,7 +195,7 @@ def _free(urdf: Urdf, driven: tuple[str, ...]) -> tuple[str, ...]:
         if joint.kind == "continuous"
         and name not in driven
         and joint.mimic is None
-        and urdf.links[joint.child].collisions
+        and (urdf.links[joint.child].collisions or urdf.links[joint.child].visuals)
         and abs(float(axis(urdf, name)[1])) > _ACROSS
         # [m] Its lowest point is level with the others'.
         and abs(float(center(urdf, name)[2]) - radius_of(urdf, name) - ground) < 0.02

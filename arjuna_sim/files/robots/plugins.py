@@ -18,6 +18,7 @@ from arjuna_sim.model.urdf import Urdf
 from arjuna_sim.model.wheels import (
     center,
     effective_track,
+    is_upright,
     span,
     wheel_radius,
     wheel_separation,
@@ -180,6 +181,8 @@ def controller_kind(kind: str) -> DriveKind | None:
 def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | None:
     """Read a plugin that names wheels, of two sides or without; None for another.
 
+    One of unknown type drives no joints that turn about the vertical, as a car's front ones.
+
     Raises:
         RobotError: It names a joint that does not exist, or a value is invalid.
     """
@@ -191,6 +194,8 @@ def read_drive(xml: XmlFile, plugin: Element, urdf: Urdf) -> DriveSettings | Non
         if not left:
             return None
     left, right = _sides(xml, label, urdf, left, right)
+    if drive_kind(plugin) is None and any(is_upright(urdf, name) for name in (*left, *right)):
+        return None
     left, right = with_followers(urdf, left), with_followers(urdf, right)
     # Gazebo's drive of two sides reads no <torque>, which its page and many files have.
     torques = _TORQUES if types_of(plugin)[0] == "diffdrive" else ("torque", *_TORQUES)

@@ -95,6 +95,25 @@ class Scope:
         base = base_of(element)
         return (self.find(base, seen) if base else parent) @ raw_pose(self._xml, element, label)
 
+    def in_link(self, element: Element, label: str, T_link: Pose3) -> Pose3:
+        """Return the pose in this scope of a part of a link.
+
+        One that is relative to what does not exist is in its link, with a note, as in Gazebo.
+
+        Raises:
+            WorldError: It is no pose, or relative to itself.
+        """
+        base = base_of(element)
+        if not base or base in _OWN or self._holds(base):
+            return self.pose(element, label, T_link)
+        problem = f"is relative to '{base}', which does not exist: its pose is in its link"
+        self._xml.note(f"{label}: {problem}")
+        return T_link @ raw_pose(self._xml, element, label)
+
+    def _holds(self, name: str) -> bool:
+        first = name.partition("::")[0]
+        return not {name, first}.isdisjoint(self._items) or first in self._merged
+
     def axis(self, axis: Element, T_joint: Pose3) -> Pose3:
         """Return the pose of the frame that the numbers of a joint's `<axis>` are in.
 

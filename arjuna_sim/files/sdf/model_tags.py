@@ -31,6 +31,7 @@ _OF_LINK = (
     *("collision", "visual", "pose", "inertial", "gravity", "self_collide", "kinematic", "light"),
     *("velocity_decay", "enable_wind", "audio_source", "must_be_base_link", "sensor"),
 )
+_PLACED = ("collision", "visual", "inertial", "joint", "sensor")
 SWINGING = ("revolute", "continuous", "prismatic")
 """Kinds of joints that let a link move about or along one axis."""
 WORLD = "world"
@@ -160,6 +161,11 @@ class ModelReader:
         static = static or is_static(model)
         for tag in sorted({child.tag for child in model} - set(_OF_MODEL)):
             xml.note(f"{label}: <{tag}>: not simulated", NoteKind.IGNORED)
+        tags = [tag for tag in _PLACED if model.find(f".//{tag}[origin]") is not None]
+        if tags:
+            where = ", ".join(f"<{tag}>" for tag in tags)
+            text = f"{label}: <origin> of {where}: no tag of SDF, and left out, as Gazebo does"
+            xml.note(f"{text}; <pose> places it", NoteKind.IGNORED)
         for link in model.findall("link"):
             with self._leaving_out(xml, f"{label} link '{link.get('name', '?')}'"):
                 of = prefix, label, static, model
@@ -209,21 +215,14 @@ class ModelReader:
         floats = not is_true(link.findtext("gravity") or "true")
         floats = floats or is_true(link.findtext("kinematic"))
         touches = is_true(link.findtext("self_collide") or model.findtext("self_collide"))
-        text = link.findtext("inertial/mass")
-        mass = None if text is None else xml.numbers(text, 1, f"{label} <mass>")[0]
+        text = link.findtext("inertial/mass") or ""
+        mass = xml.numbers(text, 1, f"{label} <mass>")[0] if text.strip() else None
         name = prefix + link.get("name", "?").strip()
         read = SdfLink(link, xml, name, T_model @ T_model_link, static, floats, mass)
         read.self_collides = touches
         if self._is_robot:
             label = f"link '{name.replace('::', '/')}'"
-        for sensor in link.findall("sensor"):
-            with self._leaving_out(xml, f"{label} sensor"):
-                pose = scope.pose(sensor, f"{label} sensor", T_model_link)
-                read.sensors.append((sensor, T_model @ pose))
-        for light in link.findall("light"):
-            with leaving_out(xml, f"{label} light"):
-                pose = scope.pose(light, f"{label} light", T_model_link)
-                read.lights += read_light(xml, light, T_model @ pose)
+        self._hang(read, label, scope, T_model, T_model_link)
         weighed = 0.0
         for tag, parts in (("collision", read.solid), ("visual", read.drawn)):
             refuses = self._is_robot and tag == "collision"
@@ -236,16 +235,39 @@ class ModelReader:
                     parts += own
                     if tag == "collision":
                         weighed += volume_of(own) * _density(xml, element, link, label)
+        if read.solid and not read.drawn and _has_look(link):
+            xml.note(f"{label}: its <collision> is drawn, as no <visual> of it can be")
+            read.drawn += read.solid
         inertial = link.find("inertial")
         if inertial is not None and is_true(inertial.get("auto")) and weighed > 0.0:
             read = replace(read, mass=weighed)
         return read
+
+    def _hang(
+        self, read: SdfLink, label: str, scope: Scope, T_model: Pose3, T_model_link: Pose3
+    ) -> None:
+        """Read the sensors and lights of a link."""
+        xml = read.file
+        for sensor in read.element.findall("sensor"):
+            with self._leaving_out(xml, f"{label} sensor"):
+                pose = scope.in_link(sensor, f"{label} sensor", T_model_link)
+                read.sensors.append((sensor, T_model @ pose))
+        for light in read.element.findall("light"):
+            with leaving_out(xml, f"{label} light"):
+                pose = scope.in_link(light, f"{label} light", T_model_link)
+                read.lights += read_light(xml, light, T_model @ pose)
 
     def _tally(self, xml: XmlFile, label: str) -> None:
         self._parts += 1
         if self._parts > PARTS_MAX:
             problem = f"is one of too many; valid: up to {PARTS_MAX} parts"
             raise ExcessError(xml.path, problem, label)
+
+
+def _has_look(link: Element) -> bool:
+    """Return whether something of a link is to be drawn, by its file."""
+    shapes = [shape.tag for shape in link.iterfind("visual/geometry/*")]
+    return bool(shapes) and "empty" not in shapes
 
 
 def _is_ghost(collision: Element) -> bool:
@@ -276,7 +298,7 @@ def _parts(
     if read is None:
         return []
     shape, T_own = read
-    pose = T_world @ scope.pose(element, label, T_link) @ T_own
+    pose = T_world @ scope.in_link(element, label, T_link) @ T_own
     friction, colour = read_friction(xml, element, label), read_colour(xml, element, label)
     return dressed(xml, Part(shape, pose, colour, friction), element, label)
 

@@ -171,10 +171,9 @@ def _inertial(
     inertial, label = link.element.find("inertial"), f"{label} inertial"
     if inertial is not None and is_true(inertial.get("auto")) and link.mass is not None:
         return inertial_of_parts(parts, link.mass)
-    text = None if inertial is None else inertial.findtext("mass")
-    if inertial is None or text is None:
+    if inertial is None or link.mass is None:
         return None
-    (mass,), tensor = xml.numbers(text, 1, f"{label} <mass>"), inertial.find("inertia")
+    mass, tensor = link.mass, inertial.find("inertia")
     given = None
     if tensor is not None:
         keys = ("ixx", "ixy", "ixz", "ixy", "iyy", "iyz", "ixz", "iyz", "izz")

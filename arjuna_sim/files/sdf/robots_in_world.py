@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection
 from xml.etree.ElementTree import Element  # a type alone
+
+import numpy as np
 
 from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
@@ -14,10 +17,12 @@ from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import is_static, own_pose
 from arjuna_sim.files.sdf.world_state import moved_models
-from arjuna_sim.files.tag_text import topic
+from arjuna_sim.files.tag_text import is_true, topic
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.model.world import Mover
+from arjuna_sim.model.world import Follower, Mover
+
+_CIRCLE = 8  # waypoints around a circle, as gz-sim has
 
 
 def models_by_name(world: Element) -> dict[str, Element]:
@@ -61,6 +66,61 @@ def read_mover(xml: XmlFile, model: Element, name: str) -> Mover:
     for tag, index in (("initial_linear", 0), ("initial_linear", 1), ("initial_angular", 2)):
         found.append(xml.numbers(plugin.findtext(tag) or "0 0 0", 3, f"{label} <{tag}>")[index])
     return Mover(Velocity(found[0], y=found[1], yaw_rate=found[2]), commands)
+
+
+def read_follower(xml: XmlFile, model: Element, name: str, T_world: Pose3) -> Follower | None:
+    """Return what pushes a model of a world along waypoints; None where nothing does.
+
+    Source: gz-sim's TrajectoryFollower.
+
+    Args:
+        T_world: Where its link stands.
+
+    Raises:
+        InputFileError: It has no waypoints, or a value is no number.
+    """
+    plugins = (p for p in model.findall("plugin") if "trajectoryfollower" in types_of(p))
+    if (plugin := next(plugins, None)) is None:
+        return None
+    label, usual = f"plugin of model '{name}'", Follower(())
+    force, torque, reach, aim = (
+        xml.number(plugin, tag, default, label)
+        for tag, default in (
+            ("force", usual.force),
+            ("torque", usual.torque),
+            ("range_tolerance", usual.reach),
+            ("bearing_tolerance", math.degrees(usual.aim)),
+        )
+    )
+    return Follower(
+        _waypoints(xml, plugin, label, T_world),
+        *(is_true(plugin.findtext("loop")), force, torque, reach, math.radians(aim)),
+        holds=is_true(plugin.findtext("zero_vel_on_bearing_reached")),
+    )
+
+
+def _waypoints(
+    xml: XmlFile, plugin: Element, label: str, T_world: Pose3
+) -> tuple[tuple[float, float], ...]:
+    """Return waypoints as they are listed, or those of a circle or a line [m]."""
+    texts = [each.text or "" for each in plugin.findall("waypoints/waypoint")]
+    points = [xml.numbers(text, 2, f"{label} <waypoint>") for text in texts]
+    x, y, _ = T_world.position
+    circle, line = plugin.find("circle"), plugin.find("line")
+    if circle is not None and not points:
+        radius = xml.numbers(circle.findtext("radius") or "", 1, f"{label} <radius>")[0]
+        turns = (math.tau * k / _CIRCLE for k in range(_CIRCLE))
+        points = [(x + radius * math.cos(a), y + radius * math.sin(a)) for a in turns]
+    elif line is not None and not points:
+        turn, length = (
+            xml.numbers(line.findtext(tag) or "", 1, f"{label} <{tag}>")[0]
+            for tag in ("direction", "length")
+        )
+        ahead = np.array([[length * math.cos(turn), length * math.sin(turn), 0.0]])
+        points = [(x, y), T_world.apply(ahead)[0, :2].tolist()]
+    if not points:
+        raise xml.fail(label, "lacks its way; valid: <waypoints>, <circle>, <line>")
+    return tuple((float(a), float(b)) for a, b in points)
 
 
 def driven_joints(model: Element, names: Collection[str], is_robot: bool) -> set[str]:

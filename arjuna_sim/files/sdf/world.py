@@ -8,8 +8,6 @@ import math
 from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-import numpy as np
-
 from arjuna_core.errors import WorldError
 from arjuna_core.geodesy import GeoPoint
 from arjuna_core.pose3 import ORIGIN, Pose3
@@ -33,6 +31,7 @@ from arjuna_sim.files.sdf.robots_in_world import (
     driven_joints,
     is_mover,
     models_by_name,
+    read_follower,
     read_mover,
     robots_of,
 )
@@ -41,7 +40,7 @@ from arjuna_sim.files.sdf.world_state import moved_models, stretch_models
 from arjuna_sim.files.tag_text import is_true
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
-from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, Part, estimated_inertial, points_of
+from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, Part, estimated_inertial
 from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.world import (
@@ -50,6 +49,7 @@ from arjuna_sim.model.world import (
     Body,
     Earth,
     Fixture,
+    Follower,
     Movable,
     Mover,
     Trajectory,
@@ -65,26 +65,43 @@ _PASSIVE = (
     *("frame", "joint", "atmosphere", "wind", "spherical_coordinates", "audio"),
 )
 _MASS = 1.0  # SDF's default [kg]
-_PAINT = 0.05  # height of what is drawn on the floor [m]
 
 
-def read_actor(xml: XmlFile, element: Element, T_world: Pose3) -> Actor:
-    """Read an SDF `<actor>`: its name, pose and scripted trajectories.
+def read_actor(
+    xml: XmlFile, element: Element, T_world: Pose3, models: ModelReader | None = None
+) -> Actor:
+    """Read an SDF `<actor>`: its name, pose, links and scripted trajectories.
 
-    Its skin and animations are not drawn: a cylinder stands for it.
+    A cylinder stands for its skin and animations, unless it has links, which move in one piece.
 
     Args:
         T_world: Its own pose in the world.
+        models: The reader of its links, which are left out without it.
 
     Raises:
         InputFileError: A waypoint lacks its time or pose, or they are no numbers.
     """
     name = xml.attribute(element, "name", "an actor")
-    xml.note(f"actor '{name}': an upright cylinder stands for its skin")
     script = element.find("script")
     trajectory = None if script is None else _read_script(xml, script, f"actor '{name}'")
     start = T_world.planar() if trajectory is None else trajectory.poses[0]
-    return Actor(name, person(), start, trajectory)
+    parts = () if models is None else _actor_parts(xml, element, T_world, models)
+    if not parts:
+        xml.note(f"actor '{name}': an upright cylinder stands for its skin")
+    return Actor(name, parts or person(), start, trajectory)
+
+
+def _actor_parts(
+    xml: XmlFile, element: Element, T_world: Pose3, models: ModelReader
+) -> tuple[Part, ...]:
+    """Return what an actor's links look like, as high as it begins; nothing where it has none."""
+    held, first = Element("model", element.attrib), element.find("script/trajectory/waypoint/pose")
+    held.extend(element.findall("link"))
+    height = T_world.position[2]
+    if first is not None:
+        height = xml.numbers(first.text or "", 6, f"actor '{element.get('name')}' <pose>")[2]
+    links, _ = models.read(xml, held, Pose3((0.0, 0.0, height)))
+    return tuple(part for link in links for part in link.drawn or link.solid)
 
 
 def _read_script(xml: XmlFile, script: Element, label: str) -> Trajectory | None:
@@ -123,18 +140,6 @@ def _note_pace(xml: XmlFile, world: Element) -> None:
         if factor not in (0.0, 1.0):
             pace = f"time runs at 1, unless '--rtf {max(0.0, factor):g}' says so"
             xml.note(f"<real_time_factor> {factor:g}: {pace}", NoteKind.IGNORED)
-
-
-def _note_drawn(xml: XmlFile, bodies: Sequence[Body]) -> None:
-    """Note models without anything solid: Gazebo's lidars see what is drawn, ours what is solid."""
-    solid = {body.model for body in bodies if body.collides}
-    drawn: dict[str, list[Part]] = {}
-    for body in bodies:
-        if body.model not in solid and body.part.shape.kind is not Kind.PLANE:
-            drawn.setdefault(body.model, []).append(body.part)
-    for model, parts in drawn.items():
-        if np.ptp(points_of(parts)[:, 2]) > _PAINT:
-            xml.note(f"model '{model}': is only drawn, so no lidar sees it", NoteKind.IGNORED)
 
 
 def read_earth(xml: XmlFile, world: Element) -> Earth:
@@ -228,7 +233,6 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
     _note_pace(xml, world)
     look = read_look(xml, world, reader.lights)
     bodies, earth, gravity = reader.bodies, read_earth(xml, world), read_gravity(xml, world)
-    _note_drawn(xml, bodies)
     flat = (Kind.PLANE, Kind.TERRAIN)
     if not any(body.part.shape.kind in flat and body.collides for body in bodies):
         xml.note("has no ground plane: one is put at height 0")
@@ -245,6 +249,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
         look,
         tuple(reader.sensors),
         reader.movers,
+        reader.followers,
     )
 
 
@@ -263,6 +268,7 @@ class _Reader:
         self.lights: list[Light] = []
         self.sensors: list[Fixture] = []
         self.movers: dict[str, Mover] = {}
+        self.followers: dict[str, Follower] = {}
         self.known: list[Element] = []  # models with plugins that are simulated
 
     def read(self, world: Element, without: Collection[str]) -> None:
@@ -288,7 +294,7 @@ class _Reader:
                     self._top(element, pose, placed=name in moved)
                 elif element.tag == "actor":
                     pose = raw_pose(xml, element, "an actor")
-                    self.actors.append(read_actor(xml, element, pose))
+                    self.actors.append(read_actor(xml, element, pose, self._models))
                 elif element.tag == "light":
                     self.lights += read_light(xml, element, scope.pose(element, f"light '{name}'"))
                 elif element.tag not in _PASSIVE:
@@ -331,9 +337,8 @@ class _Reader:
                 touches = any(link.self_collides for link in group.links)
                 mass = self._mass(called, group)
                 self.movable[called] = Movable(mass, group.hinge, floats, on, touches)
-                if is_mover(model) and called == name:
-                    self.movers[name] = read_mover(xml, model, name)
-                    self.known.append(model)
+                if called == name and group.hinge is None:
+                    self._moved(model, name, group.links[0].T_world)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
             self.lights += [light for link in group.links for light in link.lights]
             if moves and any(link.lights for link in group.links):
@@ -343,6 +348,16 @@ class _Reader:
             self.bodies += [
                 Body(called, part, collides, T_world) for part, collides in parts_of(group.links)
             ]
+
+    def _moved(self, model: Element, name: str, T_world: Pose3) -> None:
+        """Keep what a model's plugin moves it by, which stands free."""
+        with leaving_out(self._xml, f"plugin of model '{name}'"):
+            if is_mover(model):
+                self.movers[name] = read_mover(self._xml, model, name)
+                self.known.append(model)
+            elif (follower := read_follower(self._xml, model, name, T_world)) is not None:
+                self.followers[name] = follower
+                self.known.append(model)
 
     def _note_pieces(self, name: str, group: RigidGroup, most: int) -> None:
         """Note which meshes have contacts that differ from their surface."""

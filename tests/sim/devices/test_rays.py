@@ -104,9 +104,9 @@ def room(wall: str = "", extra: str = "") -> tuple[Any, Any]:
     return model, data
 
 
-def cast(model: Any, data: Any) -> NDArray[np.float64]:
+def cast(model: Any, data: Any, rendered: bool = False) -> NDArray[np.float64]:
     """Return how far it is to what stands ahead, left, right and behind."""
-    return Rays(model, "eye").cast(data, np.array([0.0, 0.0, 0.5]), DIRECTIONS, 20.0)
+    return Rays(model, "eye", rendered).cast(data, np.array([0.0, 0.0, 0.5]), DIRECTIONS, 20.0)
 
 
 def settings(**changed: Any) -> CloudSettings:
@@ -130,6 +130,15 @@ def test_a_robot_sees_walls_and_others_but_neither_itself_nor_what_is_only_drawn
     assert behind > 5.0  # the tent's side, half a metre up
     groups = [int(group) for group in model.geom_group]
     assert groups.count(3) == 2  # the other robot is what it was
+
+
+CURTAIN = '<geom type="box" size="0.5 9 9" pos="-4.5 0 0" group="1"/>'
+
+
+@pytest.mark.parametrize("extra", [CURTAIN, CURTAIN + TENT.replace("-6", "-9")])
+def test_a_rendered_lidar_sees_what_is_drawn_and_not_what_is_solid(extra: str) -> None:
+    model, data = room(extra=extra)
+    assert cast(model, data, rendered=True) == pytest.approx((1.3, np.inf, np.inf, 4.0))
 
 
 @pytest.mark.parametrize(

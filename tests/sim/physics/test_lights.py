@@ -11,7 +11,7 @@ from arjuna_core.pose3 import Pose3
 from arjuna_core.se2 import SE2
 from arjuna_sim.files.world_file import load_world
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
-from arjuna_sim.model.look import Fog, Light, LightKind, Look
+from arjuna_sim.model.look import SUN, Fog, Light, LightKind, Look
 from arjuna_sim.model.world import Body, World
 from tests.sim.builders import EMPTY
 from tests.sim.files.test_pictures import seen_from
@@ -86,3 +86,9 @@ def test_sky_and_fog_have_their_colours() -> None:
     assert far["sky"].tolist() == far["wall"].tolist() == [grey] * 3
     assert near["wall"][0] == pytest.approx(plain["wall"][0], abs=8)
     assert middle["wall"][1] == pytest.approx(grey / 2, abs=8)  # half of the fog
+
+
+def test_the_ground_of_an_empty_world_is_not_stippled_by_the_edge_of_shadows() -> None:
+    look = Look((dataclasses.replace(SUN, casts_shadow=True),))
+    picture = seen_from(dataclasses.replace(load_world(EMPTY), look=look), SE2()).astype(int)
+    assert np.abs(np.diff(picture[260:], axis=1)).max() < 20  # from the horizon down

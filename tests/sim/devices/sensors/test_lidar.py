@@ -27,8 +27,8 @@ HALF_PI = math.pi / 2
 URDF = Urdf(Path("r.urdf"), "r", "", "mast")
 
 
-def element(inside: str) -> SensorTag:
-    xml = urdf_file(f"<sensor name='s' type='x'>{inside}</sensor>")
+def element(inside: str, kind: str = "x") -> SensorTag:
+    xml = urdf_file(f"<sensor name='s' type='{kind}'>{inside}</sensor>")
     return SensorTag(xml, xml.root[0], "mast")
 
 
@@ -61,6 +61,13 @@ def test_a_lidar_that_says_nothing_looks_all_around() -> None:
     noisy = one(ray(samples(90, -0.5, 0.7), "", "<min>0.2</min><max>1e9</max>"))
     assert (noisy.samples, noisy.angle_min, noisy.angle_max) == (90, -0.5, 0.7)
     assert (noisy.range_min, noisy.range_max) == (0.2, 1e4)
+
+
+@pytest.mark.parametrize("kind", ["ray", "gpu_ray", "lidar", "gpu_lidar"])
+def test_those_of_a_graphics_card_see_what_is_drawn(kind: str) -> None:
+    for found in read_lidar(element(ROWS, kind)):
+        assert isinstance(found, LidarSettings)
+        assert found.rendered == kind.startswith("gpu")
 
 
 @pytest.mark.parametrize("outer", ["{}", "<plugin filename='libmaker.so'>{}</plugin>"])
@@ -225,6 +232,8 @@ def test_beams_in_a_narrow_cone_measure_a_range_unless_the_file_says_otherwise()
     assert (found.topic, found.samples, found.rows) == ("s/range", 5, 5)
     for wide in (ray(samples(5, -0.28, 0.28)), ray(samples(5, -0.2, 0.2), samples(3, -0.3, 0.3))):
         assert not any(isinstance(sensor, RangeSettings) for sensor in read(wide))
+    wide = f"{ray(samples(2, -4.7, 1.6))}<plugin filename='libhector_gazebo_ros_sonar.so'/>"
+    assert type(one(wide)) is RangeSettings
     assert type(one(f"{cone}<plugin filename='libgazebo_ros_laser.so'/>")) is LidarSettings
     (beam,) = read(ray(samples(1, -3.0, 3.0)))
     assert isinstance(beam, RangeSettings)

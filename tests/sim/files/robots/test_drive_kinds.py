@@ -235,6 +235,17 @@ def test_a_wheel_off_the_ground_does_not_roll(drop: float, rolls: bool) -> None:
     assert found.free == (WHEELS[:2] if rolls else ())
 
 
+def test_a_wheel_that_is_only_drawn_rolls_beside_steered_ones() -> None:
+    urdf = car()
+    child = urdf.joints[WHEELS[0]].child
+    link = urdf.links[child]
+    for visuals, free in ((link.collisions, WHEELS[:2]), ((), WHEELS[1:2])):
+        urdf.links[child] = replace(link, collisions=(), visuals=visuals)
+        found = with_steering(urdf_file(), urdf, drive())
+        assert found is not None
+        assert found.free == free
+
+
 @pytest.mark.parametrize(
     ("limits", "given", "expected"),
     [

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 from typing import Any
 
@@ -15,6 +16,7 @@ from tests.sim.wheeled import weight, wheeled
 
 POSITIONS = ((0.0, 0.25, 0.0), (0.0, -0.25, 0.0))  # wheels of 0.1 m, 0.5 m apart
 FOUR = ((0.2, 0.25, 0.0), (0.2, -0.25, 0.0), (-0.2, 0.25, 0.0), (-0.2, -0.25, 0.0))
+DIFF = "libgazebo_ros_diff_drive.so"
 SIDES = "<left_joint>a</left_joint><right_joint>b</right_joint>"
 
 
@@ -68,6 +70,16 @@ def test_a_plugin_that_names_wheels_alone_drives_by_their_shapes() -> None:
 def test_sides_are_named_by_any_of_their_tags(left: str, right: str) -> None:
     found = drive(left.format(" a ") + right.format("b"))
     assert (found.left, found.right) == (("a",), ("b",))
+
+
+@pytest.mark.parametrize(("file", "drives"), [("libmakers_car.so", False), (DIFF, True)])
+def test_a_plugin_of_unknown_type_drives_no_joint_that_steers(file: str, drives: bool) -> None:
+    xml = urdf_file(f"<gazebo><plugin filename='{file}'>{SIDES}</plugin></gazebo>")
+    urdf = wheeled(POSITIONS)
+    upright = dataclasses.replace(urdf.joints["a"], axis=(0.0, 0.0, 1.0))
+    urdf = dataclasses.replace(urdf, joints={**urdf.joints, "a": upright})
+    found = read_drive(xml, xml.child(xml.root, "gazebo/plugin", "r"), urdf)
+    assert (found is not None) == drives
 
 
 def test_sides_that_are_swapped_are_exchanged() -> None:

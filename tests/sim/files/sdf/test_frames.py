@@ -122,6 +122,17 @@ def test_a_name_of_a_link_and_of_its_joint_is_the_link_s() -> None:
         assert x_of(inside, "a") == 1.0
 
 
+@pytest.mark.parametrize(("base", "x"), [("", 11.0), ("a", 101.0), ("none", 11.0), ("m::n", 11.0)])
+def test_a_part_of_a_link_is_in_it_where_its_base_does_not_exist(base: str, x: float) -> None:
+    part = f"<sensor name='s'><pose relative_to='{base}'>1 0 0 0 0 0</pose></sensor>"
+    xml = file(f"<link name='l'>{part}</link><frame name='a'>{AT.format(100)}</frame>")
+    sensor = xml.child(xml.root, "model/link/sensor", "l")
+    found = Scope(xml, xml.root[0], "model 'm'").in_link(sensor, "sensor", Pose3((10.0, 0.0, 0.0)))
+    assert found.position[0] == x
+    lost = f"sensor: is relative to '{base}', which does not exist: its pose is in its link"
+    assert texts(tuple(xml.notes)) == ((lost,) if base in ("none", "m::n") else ())
+
+
 def test_names_lead_into_nested_models_and_out_of_merged_ones() -> None:
     inner = f"<model name='n'{{}}>{AT.format(1)}<link name='l'>{AT.format(10)}</link></model>"
     assert x_of(inner.format(""), "n::l") == 11.0

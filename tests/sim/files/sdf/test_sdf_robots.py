@@ -13,6 +13,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.check import is_robot
 from arjuna_sim.files.robots.robot_file import load_robot
 from arjuna_sim.files.search_path import SearchPath
+from arjuna_sim.files.xml_file import root_tag
 from tests.sim.builders import ROOM, run, simulator, texts
 
 INERTIA = "<inertia><ixx>{i}</ixx><iyy>{i}</iyy><izz>{i}</izz></inertia>"
@@ -130,3 +131,15 @@ def test_sdf_file_without_a_model_is_no_robot(tmp_path: Path) -> None:
     broken = _robot(tmp_path, extra=joint)
     with pytest.raises(RobotError, match="frame 'none' does not exist; valid: base"):
         load_robot(broken)
+
+
+@pytest.mark.parametrize(
+    ("root", "text"),
+    [
+        ("sdf", "<!-- made of a\n<robot> --><sdf version='1.6'/>"),
+        ("robot", "<?xml version='1.0'?><!-- no <sdf> --><robot name='r'/>"),
+        ("", "<!-- <sdf/> --><launch/>"),
+    ],
+)
+def test_a_comment_does_not_say_what_a_file_is(root: str, text: str) -> None:
+    assert root_tag(text.encode()) == root

@@ -10,6 +10,7 @@ import pytest
 import trimesh
 from PIL import Image
 
+from arjuna_core.se2 import SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.files.search_path import SearchPath
 from arjuna_sim.files.world_file import load_world
@@ -65,6 +66,7 @@ def test_friction_that_is_no_number_costs_no_shape(tmp_path: Path) -> None:
 
 
 BOX = "<box><size>1 1 1</size></box>"
+_SOLID = f"<collision name='c'><geometry>{BOX}</geometry></collision>"
 STL = "<mesh><uri>{}</uri></mesh>"
 
 
@@ -130,17 +132,50 @@ def test_what_is_broken_is_left_out_and_the_rest_stands(tmp_path: Path) -> None:
         assert re.search(f"{what}.* is left out: ", text)
 
 
+def _drawn(shape: str) -> str:
+    return f"<visual name='v'><geometry>{shape}</geometry></visual>"
+
+
 @pytest.mark.parametrize(
-    ("size", "collision", "noted"),
-    [("1 1 1", "", True), ("1 1 0.01", "", False), ("1 1 1", _link(BOX), False)],
+    ("visual", "drawn"),
+    [
+        ("", 0),
+        (_drawn("<sphere><radius>1</radius></sphere>"), 1),
+        (_drawn("<mesh><uri>model://none/m.stl</uri></mesh>"), 1),
+        (_drawn("<empty/>"), 0),
+    ],
 )
-def test_what_is_only_drawn_is_noted(
-    tmp_path: Path, size: str, collision: str, noted: bool
+def test_a_collision_is_drawn_where_no_visual_can_be(
+    tmp_path: Path, visual: str, drawn: int
 ) -> None:
-    shape = f"<geometry><box><size>{size}</size></box></geometry>"
-    drawn = f"<link name='d'><visual name='v'>{shape}</visual></link>"
-    world = _loaded(tmp_path, _static(drawn + collision))
-    assert ("model 'm': is only drawn, so no lidar sees it" in texts(world.notes)) == noted
+    world = _loaded(tmp_path, _static(f"<link name='l'>{_SOLID}{visual}</link>"))
+    found = [body.collides for body in world.bodies if body.model == "m"]
+    assert found == [True] + [False] * drawn
+    assert any("is drawn, as no <visual>" in t for t in texts(world.notes)) == ("mesh" in visual)
+
+
+def test_what_a_urdf_says_otherwise_is_noted_and_left_out_as_gazebo_does(tmp_path: Path) -> None:
+    inertial = "<inertial><origin xyz='9 0 0'/><mass value='5'/></inertial>"
+    solid = _SOLID.replace("<geometry>", "<origin xyz='9 0 0'/><geometry>")
+    world = _loaded(tmp_path, f"<model name='m'><link name='l'>{inertial}{solid}</link></model>")
+    (body,) = (body for body in world.bodies if body.model == "m")
+    assert body.part.pose.position == (0.0, 0.0, 0.0)
+    assert world.movable["m"].mass == 1.0  # SDF's default
+    said = "model 'm': <origin> of <collision>, <inertial>: no tag of SDF, and left out, as Gazebo"
+    assert f"{said} does; <pose> places it" in texts(world.notes)
+
+
+def test_an_actor_of_links_is_as_they_are_and_as_high_as_it_begins(tmp_path: Path) -> None:
+    way = "".join(
+        f"<waypoint><time>{t}</time><pose>{t} 1 0.5 0 0 0</pose></waypoint>" for t in (0, 2)
+    )
+    script = f"<script><trajectory id='0' type='square'>{way}</trajectory></script>"
+    link = f"<link name='l'><pose>0 0 0.2 0 0 0</pose>{_drawn(BOX)}</link>"
+    (cart,) = _loaded(tmp_path, f"<actor name='cart'>{link}{script}</actor>").actors
+    (part,) = cart.parts
+    assert part.shape.kind is Kind.BOX
+    assert part.pose.position == pytest.approx((0.0, 0.0, 0.7))
+    assert cart.start == SE2(0.0, 1.0, 0.0)
 
 
 @pytest.mark.parametrize(
