@@ -59,7 +59,8 @@ def serve(words: list[str]) -> None:
         held = robots_in(world)
         folder = own_folder("robot")  # as long as the simulator that this process becomes
         spawn = partial(_spawn, wanted, client, folder.name, held)
-        client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
+        for service in ("/spawn_entity", "/gzserver/spawn_entity"):
+            client.node.create_service(SpawnEntity, service, spawn)
         if not held:
             spawns = "'ros2 run ros_gz_sim create' spawns one"
             print(f"{world.name} waits for a robot: {spawns}", flush=True)
