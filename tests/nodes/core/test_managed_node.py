@@ -8,9 +8,8 @@ from typing import Any
 import pytest
 from action_msgs.msg import GoalStatus
 from geometry_msgs.msg import Twist
-from lifecycle_msgs.msg import Transition as TransitionMsg
 from lifecycle_msgs.msg import TransitionEvent
-from lifecycle_msgs.srv import ChangeState, GetState
+from lifecycle_msgs.srv import GetState
 from nav2_msgs.action import Wait
 from rcl_interfaces.srv import SetParameters
 from rclpy.lifecycle import TransitionCallbackReturn
@@ -72,17 +71,6 @@ def test_lifecycle_can_be_run_through_twice(bench: RosBench, node: EchoNode) -> 
     assert speeds(received) == [2.0]
     state = bench.call(GetState, "echo/get_state", GetState.Request())
     assert state.current_state.label == "active"
-
-
-def test_a_client_may_bring_up_what_is_up(bench: RosBench, node: EchoNode) -> None:
-    def change(number: int) -> bool:
-        request = ChangeState.Request(transition=TransitionMsg(id=number))
-        return bool(bench.call(ChangeState, "echo/change_state", request).success)
-
-    up = TransitionMsg.TRANSITION_CONFIGURE, TransitionMsg.TRANSITION_ACTIVATE
-    assert [change(number) for number in up] == [True, True]
-    assert not change(TransitionMsg.TRANSITION_CLEANUP)
-    assert node.active
 
 
 def test_transitions_are_published(bench: RosBench, node: EchoNode) -> None:
