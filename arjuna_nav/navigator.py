@@ -9,6 +9,7 @@ from __future__ import annotations
 import enum
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
+from itertools import pairwise
 from typing import Any
 
 from arjuna_core.config import duration_param, length_param, param, share_param, speed_param
@@ -159,13 +160,17 @@ class Navigator:
     def feedback(self, state: TreeState) -> dict[str, Any]:
         """Return the progress by the fields of NavigateToPose's feedback, in plain values.
 
+        Before there is a path the distance is the straight one: clients take 0 for an arrival.
+
         Source: nav2_bt_navigator: the time remaining is distance by speed where the speed is above
             0.01 m/s and the distance above 0.1 m.
         """
         path, distance = self._path.value, 0.0
+        speed, goals = state.mean_velocity().speed, self._board.get(self._names.goals)
         if path is not None and len(path) and state.pose is not None:
             distance = paths.remaining(path, state.pose)
-        speed, goals = state.mean_velocity().speed, self._board.get(self._names.goals)
+        elif goals and state.pose is not None:
+            distance = sum(a.distance(b) for a, b in pairwise((state.pose, *goals)))
         known = {} if state.pose is None else {"current_pose": state.pose}
         return known | {
             "navigation_time": state.now - self._start,

@@ -25,9 +25,10 @@ from arjuna_core.timing import Periodic
 
 T = TypeVar("T")
 _REACHED = {
-    Transition.TRANSITION_CONFIGURE: "inactive",
-    Transition.TRANSITION_ACTIVATE: "active",
+    Transition.TRANSITION_CONFIGURE: ("inactive", "active"),
+    Transition.TRANSITION_ACTIVATE: ("active",),
 }
+"""The states in which a node is up as far as a transition would bring it."""
 
 
 class ManagedNode(Guarded, LifecycleNode):
@@ -112,15 +113,19 @@ class ManagedNode(Guarded, LifecycleNode):
         self._state_machine: Any = AnnouncedStates(self, self._state_machine)
 
     def _allowed_only(self, change: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-        """Refuse a transition that is unknown or not allowed now: rclpy raises."""
+        """Refuse a transition that is unknown or not allowed now: rclpy raises.
+
+        One up to where the node is succeeds: clients configure and activate what would wait there.
+        """
 
         def answer(request: Any, response: Any) -> Any:
             asked = request.transition
             allowed = {item[0]: item[1] for item in self._state_machine.available_transitions}
             if asked.label or asked.id in allowed:
                 return change(request, response)
-            if _REACHED.get(asked.id) == self.state_label:  # two managers bring it up
+            if self.state_label in _REACHED.get(asked.id, ()):  # ours come up by themselves
                 self.get_logger().info(f"change_state: it is {self.state_label} already")
+                response.success = True
                 return response
             valid = ", ".join(f"{number} {label}" for number, label in allowed.items())
             problem = f"transition {asked.id} is not allowed in {self.state_label}; valid: {valid}"

@@ -55,6 +55,8 @@ _SERVERS = {
 }
 """The program of each package whose launch file serves clients, and its port."""
 _BURGER, _PILLARS = "urdf/burger.urdf", "worlds/pillar_arena.world"
+_TURTLEBOTS = ("burger", "waffle", "waffle_pi")
+"""Values of `TURTLEBOT3_MODEL`; the Burger stands for all of them."""
 _RVIZ = """Visualization Manager:
   Displays:
     - {Class: rviz_default_plugins/RobotModel, Description Topic: {Value: /robot_description}}
@@ -76,7 +78,7 @@ _VIEWS = (
 _BRIDGED = (
     "nav2_minimal_tb3_sim/configs/turtlebot3_waffle_bridge.yaml",
     "nav2_minimal_tb4_sim/configs/tb4_bridge.yaml",
-    "turtlebot3_gazebo/params/turtlebot3_burger_bridge.yaml",
+    *(f"turtlebot3_gazebo/params/turtlebot3_{kind}_bridge.yaml" for kind in _TURTLEBOTS),
 )
 _BOX = """<sdf version="1.7">
   <model name="cardboard_box">
@@ -125,17 +127,26 @@ SHIPPED = {
         f"slam_toolbox/config/mapper_params_{name}.yaml": "params/arjuna_slam.yaml"
         for name in ("lifelong", "localization", "offline", "online_async", "online_sync")
     },
-    "turtlebot3_description/urdf/turtlebot3_burger.urdf": _BURGER,
-    "turtlebot3_description/urdf/turtlebot3_burger.urdf.xacro": _BURGER,
-    "turtlebot3_gazebo/models/turtlebot3_burger/model.sdf": _BURGER,
-    "turtlebot3_gazebo/urdf/turtlebot3_burger.urdf": _BURGER,
+    **{
+        name.format(kind): _BURGER
+        for kind in _TURTLEBOTS
+        for name in (
+            "turtlebot3_description/urdf/turtlebot3_{}.urdf",
+            "turtlebot3_description/urdf/turtlebot3_{}.urdf.xacro",
+            "turtlebot3_gazebo/models/turtlebot3_{}/model.sdf",
+            "turtlebot3_gazebo/urdf/turtlebot3_{}.urdf",
+        )
+    },
     "turtlebot3_gazebo/worlds/empty_world.world": "worlds/empty.world",
     "turtlebot3_gazebo/worlds/pillar_arena.png": "worlds/pillar_arena.png",
     "turtlebot3_gazebo/worlds/turtlebot3_house.world": "worlds/office.world",
     "turtlebot3_gazebo/worlds/turtlebot3_world.world": _PILLARS,
     "turtlebot3_navigation2/map/map.yaml": "maps/pillar_arena.yaml",
     "turtlebot3_navigation2/map/pillar_arena.png": "maps/pillar_arena.png",
-    "turtlebot3_navigation2/param/burger.yaml": "params/arjuna_nav.yaml",
+    **{
+        f"turtlebot3_navigation2/param/{kind}.yaml": "params/arjuna_nav.yaml"
+        for kind in _TURTLEBOTS
+    },
     "turtlebot4_navigation/config/localization.yaml": "params/arjuna_nav.yaml",
     "turtlebot4_navigation/config/nav2.yaml": "params/arjuna_nav.yaml",
     "turtlebot4_navigation/config/slam.yaml": "params/arjuna_slam.yaml",

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+import signal
 import threading
 from argparse import Namespace
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, field, fields, replace
 from datetime import timedelta
 from enum import Enum
 from pathlib import Path
+from signal import SIGINT, SIGTERM
 from typing import Any, ClassVar
 
 from rclpy.qos import QoSProfile
+from rclpy.signals import (
+    get_current_signal_handlers_options,
+    install_signal_handlers,
+    uninstall_signal_handlers,
+)
 
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import ArjunaError
@@ -21,7 +29,6 @@ from bringup.recording.record import record
 from bringup.ros2.verbs.bag import logged, until
 from bringup.ros2.verbs.bag import play_options as played
 from bringup.ros2.verbs.bag import record_options as recorded
-from bringup.terminal import stopped_by_signals
 from rosbag2_py.options import StorageOptions
 from rosbag2_py.writer import new_folder
 
@@ -144,10 +151,33 @@ class _Cancelled:
             cls._stop.set()
 
     @classmethod
-    def _begin(cls) -> threading.Event:
-        is_main = threading.current_thread() is threading.main_thread()
-        cls._stop = stopped_by_signals() if is_main else threading.Event()
-        return cls._stop
+    @contextmanager
+    def _running(cls) -> Iterator[threading.Event]:
+        """Yield what ends it; a signal that does is the program's own thereafter, as all later.
+
+        rclpy's handlers are put back too: they wake a program that spins.
+        """
+        stop = cls._stop = threading.Event()
+        if threading.current_thread() is not threading.main_thread():
+            yield stop
+            return
+        came: list[int] = []
+
+        def take(number: int, _: object) -> None:
+            came.append(number)
+            stop.set()
+
+        options = get_current_signal_handlers_options()
+        uninstall_signal_handlers()
+        before = {number: signal.signal(number, take) for number in (SIGINT, SIGTERM)}
+        try:
+            yield stop
+        finally:
+            for number, handler in before.items():
+                signal.signal(number, handler)
+            install_signal_handlers(options)
+        for one in came[:1]:
+            signal.raise_signal(one)
 
 
 class Recorder(_Cancelled):
@@ -181,7 +211,8 @@ class Recorder(_Cancelled):
         try:
             options = replace(recorded(words), overrides=overrides)
             folder = new_folder(storage, given.compression_mode, given.compression_threads)
-            record(folder, options, logged(options.node_name, self._level), self._begin())
+            with self._running() as stop:
+                record(folder, options, logged(options.node_name, self._level), stop)
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
 
@@ -231,7 +262,8 @@ class Player(_Cancelled):
                 paused=given.start_paused or burst is not None,
                 burst=burst,
             )
-            play(bags, options, logged(options.node_name, self._level), self._begin())
+            with self._running() as stop:
+                play(bags, options, logged(options.node_name, self._level), stop)
         except ArjunaError as error:
             raise RuntimeError(str(error)) from error
 

@@ -58,7 +58,7 @@ class BufferClient(BufferInterface):
             TransformException: It is not known in time, or nobody answers.
         """
         goal = LookupTransform.Goal(target_frame=target_frame, source_frame=source_frame)
-        goal.source_time, goal.timeout = time.to_msg(), timeout.to_msg()
+        goal.source_time, goal.timeout = _stamp(time), timeout.to_msg()
         return self._ask(goal)
 
     def lookup_transform_full(
@@ -72,8 +72,8 @@ class BufferClient(BufferInterface):
     ) -> TransformStamped:
         """Return the transform between two times, through a frame that does not move."""
         goal = LookupTransform.Goal(target_frame=target_frame, source_frame=source_frame)
-        goal.source_time, goal.timeout = source_time.to_msg(), timeout.to_msg()
-        goal.target_time, goal.fixed_frame = target_time.to_msg(), fixed_frame
+        goal.source_time, goal.timeout = _stamp(source_time), timeout.to_msg()
+        goal.target_time, goal.fixed_frame = _stamp(target_time), fixed_frame
         goal.advanced = True
         return self._ask(goal)
 
@@ -112,3 +112,8 @@ class BufferClient(BufferInterface):
             kind = KINDS.get(result.error.error, TransformException)
             raise kind(result.error.error_string)
         return result.transform
+
+
+def _stamp(time: Any) -> Any:
+    """Return a time as a message, which the stamp of one is already."""
+    return time.to_msg() if isinstance(time, Time) else time

@@ -69,7 +69,7 @@ class BufferInterface:
         """
         do_transform = self._transformation(object_stamped, new_type)
         header = object_stamped.header
-        asked = target_frame, header.frame_id, Time.from_msg(header.stamp)
+        asked = target_frame, header.frame_id, header.stamp
         return do_transform(object_stamped, self.lookup_transform(*asked, timeout))
 
     def transform_full(
@@ -84,7 +84,7 @@ class BufferInterface:
         """Return a stamped message in another frame at another time, as `transform` does."""
         do_transform = self._transformation(object_stamped, new_type)
         header = object_stamped.header
-        asked = target_time, header.frame_id, Time.from_msg(header.stamp), fixed_frame
+        asked = target_time, header.frame_id, header.stamp, fixed_frame
         found = self.lookup_transform_full(target_frame, *asked, timeout)
         return do_transform(object_stamped, found)
 

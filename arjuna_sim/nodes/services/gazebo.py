@@ -1,5 +1,7 @@
 """Gazebo's own services, which some clients call: gazebo_msgs', and ros_gz_interfaces' of a world.
 
+The node `gzserver` of ros_gz_sim has simulation_interfaces' services below its name: these too.
+
 Some have the names of simulation_interfaces' services and other types. A participant knows a name
 by one type, so that they live in one of their own, made when a client of theirs is seen. Those of a
 world, and the plain ones of std_srvs, have the names by which clients ask.
@@ -38,6 +40,7 @@ from arjuna_sim.nodes.services.known_entities import KnownEntities
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
 _CLASSIC, _OF_WORLDS, _EMPTY = "gazebo_msgs", "ros_gz_interfaces", "std_srvs/srv/Empty"
+_STANDARD, _SERVER = "simulation_interfaces", "gzserver"
 _PERIODS = 0.2, 0.05  # of looking for clients, and of polling for requests [s]
 
 
@@ -118,8 +121,27 @@ class GazeboServices:
         last = name.rpartition("/")[2]
         if package == _CLASSIC:
             return self.classic.get(last)
+        if package == _STANDARD:
+            return self._of_server(last) if name == self._below_server(last) else None
         do = self.plain.get(last) if kind == _EMPTY else None
         return None if do is None else lambda request, response: self._plainly(do, response)
+
+    def _below_server(self, name: str) -> str:
+        """Return the full name that a service of Gazebo's node has."""
+        return f"/{self._node.process.namespace}/{_SERVER}/{name}".replace("//", "/")
+
+    def _of_server(self, name: str) -> Callable[[Any, Any], Any] | None:
+        """Return what answers a standard service; Gazebo sets pose and twist unasked."""
+        answer = self._answers.get(name)
+        if name != "set_entity_state" or answer is None:
+            return answer
+
+        def set_both(request: Any, response: Any) -> Any:
+            if not (request.set_pose or request.set_twist or request.set_acceleration):
+                request.set_pose, request.set_twist = True, request.state.twist != Twist()
+            return answer(request, response)
+
+        return set_both
 
     def _wanted(self) -> set[tuple[str, str]]:
         """Return the names and types of services that clients ask for."""

@@ -121,7 +121,7 @@ class SimulationServices:
         forget: Called where the entities are the start's again.
 
     Attributes:
-        answers: What answers each service with a result, by its name.
+        answers: What answers each service, by its name.
     """
 
     def __init__(self, host: Host, steps: StepAction, forget: Callable[[], None]) -> None:
@@ -139,8 +139,9 @@ class SimulationServices:
             (srv.GetCurrentWorld, "get_current_world", self._get_current),
             (srv.GetAvailableWorlds, "get_available_worlds", self._get_available),
         )
-        self.answers = serve_all(host, services)
-        host.serve(srv.GetSimulatorFeatures, "get_simulator_features", self._get_features)
+        features = "get_simulator_features"
+        self.answers = serve_all(host, services) | {features: self._get_features}
+        host.serve(srv.GetSimulatorFeatures, features, self._get_features)
 
     def _get_features(self, request: Any, response: Any) -> Any:
         response.features.features = [getattr(SimulatorFeatures, name) for name in _FEATURES]

@@ -24,8 +24,10 @@ from bringup.processes.lifecycle.plan import Command, State, Step, Transition, V
 SERVICE_DEADLINE = 10.0
 """Time-out for the services of a node that is taken down [s]."""
 START_DEADLINE = 60.0
-"""From when on it is told that those of one that comes up are waited for [s]; so long one that is
-up may be busy."""
+"""The same of one that comes up, where another command waits; so long one that is up may be busy
+[s]."""
+_TOLD_EVERY = 2.0
+"""From when on, and how often, it is told what is waited for, as Nav2's manager does [s]."""
 TRANSITION_DEADLINE = 90.0
 """Time-out of a transition [s]; the first ever compiles the algorithms."""
 _UPS = (Command.STARTUP, Command.RESUME)
@@ -186,15 +188,16 @@ class LifecycleManager(GuardedNode):
             self._fail(job, f"no answer within {TRANSITION_DEADLINE:.0f} s")
 
     def _ask(self, job: _Job, now: float) -> None:
-        node = job.steps[0].node
-        deadline = START_DEADLINE if job.steps[0].transition.upward else SERVICE_DEADLINE
+        node, upward = job.steps[0].node, job.steps[0].transition.upward
+        deadline = START_DEADLINE if upward else SERVICE_DEADLINE
+        waited = now - job.step_started
         if self._states[node].service_is_ready() and self._changes[node].service_is_ready():
             self._wait_for(job, self._states[node].call_async(GetState.Request()), self._on_state)
-        elif now - job.step_started <= deadline:
+        elif waited <= deadline or (upward and len(self._jobs) == 1):  # as Nav2's, for ever
             self._on_wait(f"{node}, to offer its lifecycle services")
-        elif job.steps[0].transition.upward and len(self._jobs) == 1:  # as Nav2's, for ever
-            text = f"{node} offers no lifecycle services; it is waited for: is it started?"
-            self.get_logger().warning(text, throttle_duration_sec=deadline)
+            if waited >= _TOLD_EVERY:
+                text = f"Waiting for service {node}/get_state..."
+                self.get_logger().info(text, throttle_duration_sec=_TOLD_EVERY)
         else:
             self._fail(job, f"offers no lifecycle services after {deadline:.0f} s")
 

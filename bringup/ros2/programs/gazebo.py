@@ -32,6 +32,7 @@ from bringup.ros2.programs.gz_tools import command_of
 from bringup.ros2.verbs.forward import LAUNCHED, arjuna, nothing, ros_arguments
 from bringup.ros2.worlds import ENDINGS, world_of
 
+_PATIENCE_UNTOLD = 2.0  # [s] for a world's file, before it is said to lack
 _PATIENCE = 60.0  # [s] for a description, and for a world that takes it
 _PUBLISHER_STARTS = 8.0  # [s] from the start of a launch file
 _MOVING = re.compile(r"type=['\"](continuous|revolute)|xacro:")
@@ -54,12 +55,16 @@ def serve(words: list[str]) -> None:
     with Client(name="gazebo") as client:
         name = named_world(words)
         if name.startswith("/"):  # a launch file's xacro may write it just now
-            client.run_until(Path(name).is_file, _PATIENCE, required=False)
+            for patience in (_PATIENCE_UNTOLD, _PATIENCE):
+                if client.run_until(Path(name).is_file, patience, required=False):
+                    break
+                print(f"waits for the world: there is no {name}", flush=True)
         world = world_of(name)
         held = robots_in(world)
         folder = own_folder("robot")  # as long as the simulator that this process becomes
         spawn = partial(_spawn, wanted, client, folder.name, held)
-        client.node.create_service(SpawnEntity, "/spawn_entity", spawn)
+        for service in ("/spawn_entity", "/gzserver/spawn_entity"):
+            client.node.create_service(SpawnEntity, service, spawn)
         if not held:
             spawns = "'ros2 run ros_gz_sim create' spawns one"
             print(f"{world.name} waits for a robot: {spawns}", flush=True)
@@ -209,13 +214,18 @@ def await_description(client: SimulatorClient, start: str) -> bool:
 
 
 def _ask(client: SimulatorClient, request: Any) -> str:
-    end = time.monotonic() + _PATIENCE
+    """Spawn as soon as the world takes it; say once why it does not, where it takes its time."""
+    begun, said = time.monotonic(), False
     while True:
         try:
             return str(client.ask(SpawnEntity, "/spawn_entity", request).entity_name)
         except SimulatorError as error:
-            if time.monotonic() > end or f"({Result.RESULT_INCORRECT_STATE})" not in str(error):
+            waited = time.monotonic() - begun
+            if waited > _PATIENCE or f"({Result.RESULT_INCORRECT_STATE})" not in str(error):
                 raise
+            if waited > _PATIENCE_UNTOLD and not said:
+                said = True
+                print(f"waits: {error}", flush=True)
             client.run_until(lambda: False, 1.0, required=False)
 
 

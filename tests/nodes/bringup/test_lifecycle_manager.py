@@ -266,10 +266,11 @@ def _long_awaited(managed: Make, monkeypatch: pytest.MonkeyPatch) -> Managed:
     return system
 
 
-def test_one_that_starts_minutes_later_comes_up_too(
-    managed: Make, monkeypatch: pytest.MonkeyPatch
+def test_one_that_starts_minutes_later_is_told_and_comes_up_too(
+    managed: Make, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
 ) -> None:
     system = _long_awaited(managed, monkeypatch)
+    assert "Waiting for service /own/get_state..." in capfd.readouterr().err
     system.add("own")
     system.spin_until(lambda: system.manager.system_active)
 

@@ -168,6 +168,41 @@ def test_recorder_records_what_the_player_plays(tmp_path: Path) -> None:
     assert texts == [("/heard/even", word) for word in "0246"]
 
 
+INTERRUPTED = """
+import os, signal, sys, threading
+import rclpy, rosbag2_py
+from rclpy.executors import ExternalShutdownException
+from rosbag2_py import PlayOptions, StorageOptions
+
+rclpy.init()
+node = rclpy.create_node("plays")
+interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
+try:
+    if sys.argv[3] == "during":
+        interrupt.start()
+    options = PlayOptions(rate=float(sys.argv[2]), disable_keyboard_controls=True)
+    rosbag2_py.Player().play(StorageOptions(uri=sys.argv[1]), options)
+    print("played")
+    interrupt.start()
+    rclpy.spin(node)
+except (KeyboardInterrupt, ExternalShutdownException):
+    print("ended")
+"""
+
+
+@pytest.mark.parametrize(
+    ("rate", "when", "said"),
+    [("1000.0", "after", ["played", "ended"]), ("0.1", "during", ["ended"])],
+)
+def test_ctrl_c_ends_a_program_that_plays_or_has_played(
+    tmp_path: Path, rate: str, when: str, said: list[str]
+) -> None:
+    folder = write(tmp_path / "bag", rosbag2_py.SequentialWriter())
+    command = [sys.executable, "-c", INTERRUPTED, str(folder), rate, when]
+    done = subprocess.run(command, capture_output=True, text=True, timeout=60, check=False)
+    assert [line for line in done.stdout.splitlines() if line in ("played", "ended")] == said
+
+
 def test_player_bursts_and_recordings_that_are_none_are_refused(tmp_path: Path) -> None:
     words = write(tmp_path / "words", rosbag2_py.SequentialWriter())
     options = rosbag2_py.PlayOptions(disable_keyboard_controls=True, topics_to_filter=["no"])

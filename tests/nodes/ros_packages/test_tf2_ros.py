@@ -125,6 +125,8 @@ def test_messages_are_transformed(bench: Bench) -> None:
     point.point.x = 2.0
     moved = buffer.transform(point, "map")
     assert (moved.point.x, moved.point.y) == pytest.approx((1.0, 2.0))
+    point.header.stamp = Time()  # rclpy's own, which tf2 takes as well
+    assert buffer.transform(point, "map").point.x == pytest.approx(1.0)
     pose = PoseStamped()
     pose.header.frame_id = "base"
     pose.pose.orientation.w = 1.0
@@ -224,6 +226,8 @@ def test_a_buffer_elsewhere_answers_once_it_knows(asked: tuple[BufferClient, Buf
     assert client.lookup_transform("base", "lidar", Time()).transform.translation.x == 0.5
     point = PointStamped()
     point.header.frame_id = "lidar"
+    assert client.transform(point, "base").point.x == 0.5
+    point.header.stamp = Time()
     assert client.transform(point, "base").point.x == 0.5
     later = threading.Timer(
         0.2, buffer.set_transform, (transform("map", "base", 3.0, 10.0), "test")

@@ -8,8 +8,15 @@ from typing import Any
 
 import pytest
 from gazebo_msgs import srv
+from geometry_msgs.msg import Point, Pose, PoseStamped
 from ros_gz_interfaces.msg import Entity, EntityFactory, WorldControl, WorldReset
-from simulation_interfaces.msg import SimulationState
+from simulation_interfaces.msg import EntityState, Resource, Result, SimulationState
+from simulation_interfaces.srv import (
+    GetEntityState,
+    GetSimulatorFeatures,
+    SetEntityState,
+    SpawnEntity,
+)
 from std_srvs.srv import Empty
 
 from arjuna_core.ros.context import class_of
@@ -182,3 +189,27 @@ def test_only_what_clients_ask_for_is_served_and_once(
     gazebo._look()
     gazebo._look()
     assert served == [("GetModelList", "/robot1/get_model_list"), ("SpawnEntity", "/spawn_entity")]
+
+
+def test_standard_services_answer_below_gazebos_node_too(bench: RosBench) -> None:
+    sim = start_in(bench)
+    (gazebo,) = sim.kept(GazeboServices)
+
+    def call(kind: Any, space: str, service: str, /, **fields: Any) -> Any:
+        type_name = f"simulation_interfaces/srv/{kind.__name__}"
+        answer = gazebo._answer_of(f"{space}/{service}", type_name)
+        return answer and answer(kind.Request(**fields), kind.Response())
+
+    assert call(GetSimulatorFeatures, "/gzserver", "get_simulator_features").features.features
+    crate = Resource(resource_string=CRATE)
+    start = PoseStamped(pose=Pose(position=Point(y=2.0)))
+    fields = {"name": "c", "entity_resource": crate, "initial_pose": start}
+    spawned = call(SpawnEntity, "/gzserver", "spawn_entity", **fields)
+    assert spawned.result.result == Result.RESULT_OK
+    state = EntityState()
+    state.pose.position.x = 2.0  # neither set_pose nor set_twist: gz sets both
+    set_to = call(SetEntityState, "/gzserver", "set_entity_state", entity="c", state=state)
+    assert set_to.result.result == Result.RESULT_OK, set_to.result.error_message
+    found = call(GetEntityState, "/gzserver", "get_entity_state", entity="c").state
+    assert found.pose.position.x == pytest.approx(2.0)
+    assert call(GetEntityState, "/other", "get_entity_state", entity="c") is None

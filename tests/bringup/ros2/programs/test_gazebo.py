@@ -17,6 +17,7 @@ from simulation_interfaces.msg import Result
 from simulation_interfaces.srv import SpawnEntity
 
 from arjuna_core.files.shipped import shipped_file
+from bringup.client.simulator import SimulatorError
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.prefix import add_prefix
 from bringup.ros2.programs import gazebo
@@ -206,6 +207,45 @@ def test_packages_of_plugins_have_a_folder(package: str) -> None:
     assert Path(get_package_prefix(package), "share", package, "package.xml").is_file()
 
 
+@pytest.mark.parametrize("kind", ["burger", "waffle", "waffle_pi"])
+def test_the_burger_stands_for_each_turtlebot3(kind: str) -> None:
+    share = add_prefix() / "share"
+    gazebo, name = share / "turtlebot3_gazebo", f"turtlebot3_{kind}"
+    for path in (
+        gazebo / "models" / name / "model.sdf",
+        gazebo / "urdf" / f"{name}.urdf",
+        share / "turtlebot3_description" / "urdf" / f"{name}.urdf.xacro",
+    ):
+        assert path.read_text() == BURGER.read_text()
+
+
+def test_a_world_that_lacks_is_told(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr(gazebo, "Client", _TwoAsk)
+    monkeypatch.setattr(_TwoAsk, "run_until", lambda *_, **__: False)
+    with pytest.raises(Ros2Error, match=r"no\.world"):
+        gazebo.serve(["-s", f"{tmp_path}/no.world"])
+    assert f"there is no {tmp_path}/no.world" in capfd.readouterr().out
+
+
+def test_why_a_robot_is_not_taken_is_told_once(
+    monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    answers = [SimulatorError(f"no wheels ({Result.RESULT_INCORRECT_STATE})")] * 9
+    times = iter(range(99))
+
+    def ask(*_: object) -> Any:
+        if answers:
+            raise answers.pop()
+        return SimpleNamespace(entity_name="r")
+
+    client: Any = SimpleNamespace(ask=ask, run_until=lambda *_, **__: False)
+    monkeypatch.setattr(gazebo, "time", SimpleNamespace(monotonic=lambda: next(times)))
+    assert gazebo._ask(client, SpawnEntity.Request()) == "r"
+    assert capfd.readouterr().out == f"waits: no wheels ({Result.RESULT_INCORRECT_STATE})\n"
+
+
 def test_gazebos_programs_are_the_simulator() -> None:
     programs = {path.name: path.read_text() for path in (add_prefix() / "bin").iterdir()}
     assert set(programs) == {"gazebo", "gz", "gzclient", "gzserver", "ign"}
@@ -239,6 +279,8 @@ class _TwoAsk:
         pass
 
     def create_service(self, _: object, name: str, spawn: Callable[[Any, Any], Any]) -> None:
+        if name != "/spawn_entity":
+            return
         for wheels in ("odom", "wheels"):
             request = SpawnEntity.Request()
             topic = f"<odometry_topic>{wheels}</odometry_topic><odometry_frame>"
