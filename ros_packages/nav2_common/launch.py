@@ -110,7 +110,7 @@ class HasNodeParams(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         found = read_yaml(Path(perform_substitutions(context, self.source_file)))
-        return str(self.node_name in found)
+        return str(self.node_name in (found or ()))
 
 
 class LaunchConfigAsBool(LaunchConfiguration):

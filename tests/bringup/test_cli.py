@@ -15,6 +15,7 @@ from unittest.mock import Mock
 import pytest
 
 from bringup import cli
+from bringup.__main__ import main
 from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
 from bringup.ros2 import main as ros2
@@ -129,6 +130,16 @@ def test_help_imports_neither_numpy_nor_ros() -> None:
     )
     run = subprocess.run([sys.executable, "-c", source], capture_output=True, text=True, check=True)
     assert run.stdout.splitlines()[-1] == "[]"
+
+
+def test_ctrl_c_while_the_command_line_is_read_ends_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "parse", interrupted)
+    assert main() == 130
 
 
 def test_sim_takes_several_robots_each_with_its_namespace_and_start() -> None:

@@ -903,7 +903,7 @@ OTHERS = [
     ),
     Other(
         *("record -a --qos-profile-overrides-path {file}", "a depth is a number"),
-        *(prints("[ERROR] [ros2bag]: ", "/scan: depth is 'few', which is no int"), 1),
+        *(prints("[ERROR] [ros2bag]: depth is 'few', which is no int ("), 1),
         "/scan: {depth: few}\n",
     ),
     Other(
