@@ -18,6 +18,7 @@ from bringup import cli
 from bringup.__main__ import main
 from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
+from bringup.ros2 import errors
 from bringup.ros2 import main as ros2
 from bringup.terminal import RIGHT, UP, Keys
 
@@ -139,6 +140,7 @@ def test_ctrl_c_while_the_command_line_is_read_ends_without_a_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(cli, "parse", interrupted)
+    monkeypatch.setattr(errors, "watch_interrupts", lambda: None)  # the handler stays pytest's
     assert main() == 130
 
 
@@ -195,6 +197,8 @@ def test_ctrl_c_while_an_extension_is_imported_ends_as_at_any_time(
         ros2.main(["topic", "list"])
     with pytest.raises(ImportError, match="no symbol"):
         cli.run(argparse.Namespace(run=broken))
+    monkeypatch.setattr(cli, "was_interrupted", lambda: True)  # which the extension dropped
+    assert cli.run(argparse.Namespace(run=broken)) == cli.INTERRUPTED
 
 
 def test_another_module_asks_for_the_whole_set_up(capsys: pytest.CaptureFixture[str]) -> None:
