@@ -68,7 +68,7 @@ def supervise(run: str, before: str = "") -> Lines:
     return Lines("-c", SUPERVISOR.format(run, before))
 
 
-def test_ctrl_c_waits_until_all_is_imported(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_ctrl_c_waits_for_the_end_of_an_import(monkeypatch: pytest.MonkeyPatch) -> None:
     imported: list[str] = []
 
     def extension(name: str) -> None:
@@ -78,7 +78,7 @@ def test_ctrl_c_waits_until_all_is_imported(monkeypatch: pytest.MonkeyPatch) -> 
     monkeypatch.setattr(fork, "importlib", SimpleNamespace(import_module=extension))
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         fork.warm_up((), ["one", "another"])
-    assert imported[-2:] == ["one", "another"]
+    assert len(imported) == 1
 
 
 def test_it_has_the_words_it_was_given_to_itself_and_to_ps() -> None:
