@@ -7,16 +7,18 @@ import os
 import signal
 import sys
 
-from bringup.cli import parse, run
-
 
 def main() -> int:
     """Run a command and return its exit code; what it needs is imported only then."""
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads only wait, on small matrices
     gc.set_threshold(100_000, 20, 20)  # imports leave none; to look takes a fifth of their time
-    arguments = parse()
-    arguments.main = main  # for commands that run others in forks of this process
     try:
+        from bringup.cli import parse, run
+        from bringup.ros2.errors import watch_interrupts
+
+        watch_interrupts()
+        arguments = parse()
+        arguments.main = main  # for commands that run others in forks of this process
         return run(arguments)
     except KeyboardInterrupt:  # while it imports; commands that run have handlers of their own
         return 128 + signal.SIGINT  # as POSIX shells report it

@@ -63,11 +63,22 @@ class ParameterBinding:
 
 
 def describe_sim_time(node: Node) -> None:
-    """Describe the parameter that rclpy declares without a word."""
+    """Describe the parameter that rclpy declares without a word, and keep it as it is.
+
+    All nodes of a process have one clock; rclpy's own would hear any topic clock unchecked.
+    """
+    name, now = "use_sim_time", node.get_parameter("use_sim_time").value
     text = "Whether time comes from the topic clock, as a simulator's does, or from the system."
     node.set_descriptor(
-        "use_sim_time", ParameterDescriptor(description=text, type=ParameterType.PARAMETER_BOOL)
+        name, ParameterDescriptor(description=text, type=ParameterType.PARAMETER_BOOL)
     )
+    reason = f"{name} is {str(now).lower()} for all nodes of this process; set it at their start"
+
+    def check(given: list[Parameter]) -> SetParametersResult:
+        same = all(one.value == now for one in given if one.name == name)
+        return SetParametersResult(successful=same, reason="" if same else reason)
+
+    node.add_on_set_parameters_callback(check)
 
 
 def _to_ros(value: Any) -> Any:

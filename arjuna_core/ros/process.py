@@ -100,9 +100,10 @@ class Process:
         transport: Transport = "local",
     ) -> None:
         self.now = 0.0
+        self.known = 0.0  # by which stamps are judged: 0 while it is not known, not where set back
         self._steps = 0
         self._beside = beside
-        self.guard: Guard = beside.guard if beside else Guard(lambda: self.now, strict)
+        self.guard: Guard = beside.guard if beside else Guard(lambda: self.known, strict)
         self.remarks: tuple[str, ...] = ()
         self.on_long_step: Callable[[float], None] = lambda patience: None
         if beside is not None:
@@ -127,7 +128,7 @@ class Process:
         self.executor.add_node(self.node)
         self._diagnostics = Diagnostics(self.node, self.guard)
         self.transforms = TransformBuffer()
-        TransformListener(self.node, self.transforms, lambda: self.now, self.namespace)
+        TransformListener(self.node, self.transforms, lambda: self.known, self.namespace)
         if use_sim_time:
             self.node.create_subscription(Clock, "clock", self._on_clock, qos.CLOCK)
         else:
@@ -202,7 +203,7 @@ class Process:
 
     def problem_of(self, message: Any) -> str | None:
         """Return why the message that is delivered now cannot be used, or None."""
-        return problem_of(message, self.now) if self.transport is None else self.transport.problem
+        return problem_of(message, self.known) if self.transport is None else self.transport.problem
 
     def _on_clock(self, message: Any) -> None:
         problem = self.problem_of(message)
@@ -217,6 +218,7 @@ class Process:
     def _advance(self, now: float, override: int | None) -> None:
         jumped_back = now < self.now
         self.now = now
+        self.known = max(now, 1e-9) if jumped_back or self.known else now
         if jumped_back:
             self.transforms.clear()
         if override is not None:

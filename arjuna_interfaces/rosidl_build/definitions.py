@@ -49,7 +49,8 @@ def find_packages(root: Path) -> list[InterfacePackage]:
 
 def package_of(folder: Path, name: str) -> InterfacePackage:
     """Return the package of the definitions in a folder, of which there may be none."""
-    files = sorted(path for kind in KINDS for path in folder.glob(f"{kind}/*.{kind}"))
+    found = (path for kind in KINDS for path in folder.glob(f"{kind}/*.{kind}"))
+    files = sorted(path for path in found if path.is_file())
     relative = tuple(path.relative_to(folder) for path in files)
     return InterfacePackage(name, folder, relative, tuple(sorted(_dependencies(files) - {name})))
 
@@ -58,7 +59,7 @@ def _dependencies(files: list[Path]) -> set[str]:
     names: set[str] = set()
     for path in files:
         names.update(_IMPLIED[path.suffix[1:]])
-        for line in path.read_text(encoding="utf-8").splitlines():
+        for line in path.read_text(encoding="utf-8", errors="replace").splitlines():
             if match := _PACKAGE_OF_TYPE.match(line.strip()):
                 names.add(match.group(1))
     return names

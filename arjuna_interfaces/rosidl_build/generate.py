@@ -14,7 +14,7 @@ import multiprocessing
 import os
 import shutil
 import signal
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +23,9 @@ import rosidl_generator_py.generate_py_impl
 import rosidl_generator_type_description
 import rosidl_parser.parser
 import rosidl_pycommon
+from lark.exceptions import LarkError
 from rosidl_adapter import convert_to_idl
+from rosidl_adapter.parser import InvalidSpecification, InvalidValue
 from rosidl_generator_c import generate_c
 from rosidl_parser.definition import IdlFile, IdlLocator
 from rosidl_typesupport_c import generate_c as generate_typesupport_c
@@ -45,6 +47,12 @@ _GENERATORS: dict[str, Callable[[str], Any]] = {
     "rosidl_typesupport_introspection_c": generate_introspection_c,
     "rosidl_typesupport_c": lambda path: generate_typesupport_c(path, list(TYPE_SUPPORTS)),
 }
+
+# What the libraries raise, or exit by, for a definition that is wrong.
+_WRONG = (
+    *(InvalidSpecification, InvalidValue, LarkError, AssertionError, AttributeError, LookupError),
+    *(NameError, NotImplementedError, OSError, SystemExit, TypeError, ValueError),
+)
 
 _parsed: dict[str, IdlFile] = {}
 _parse_idl_file = rosidl_parser.parser.parse_idl_file
@@ -69,6 +77,9 @@ def generate(packages: list[InterfacePackage], prefix: Path, out: Path) -> None:
 
     Definitions, .idl and .json go to `out/share/PACKAGE/`, generated code to
     `out/GENERATOR/PACKAGE/`: one folder a generator, because two of them write files of one name.
+
+    Raises:
+        ValueError: A definition is wrong, or uses a type that is not there.
     """
     context = multiprocessing.get_context("fork")  # workers inherit what the parent parsed
     remember_scans()
@@ -82,7 +93,12 @@ def generate(packages: list[InterfacePackage], prefix: Path, out: Path) -> None:
         for package in packages:
             _arguments(package, "rosidl_generator_type_description", prefix, out)
             path = _arguments_path(package, "rosidl_generator_type_description", out)
-            rosidl_generator_type_description.generate_type_hash(str(path))
+            try:
+                rosidl_generator_type_description.generate_type_hash(str(path))
+            except (OSError, LookupError) as error:
+                lacking = Path(getattr(error, "filename", None) or "").stem
+                problem = f"there is no type '{lacking}'" if lacking else "a type holds itself"
+                raise ValueError(f"{package.folder}: {problem}") from error
     _generate_code(context, packages, prefix, out)
 
 
@@ -122,11 +138,27 @@ def _memoised_parse(locator: IdlLocator) -> IdlFile:
 
 def _translate(task: tuple[InterfacePackage, Path, Path]) -> tuple[str, IdlFile]:
     package, file, out = task
-    share = out / "share" / package.name
+    with _one_error(package.folder / file):
+        return _translated(package, file, out / "share" / package.name)
+
+
+@contextlib.contextmanager
+def _one_error(path: Path) -> Iterator[None]:
+    """Raise ValueError for all that is wrong: a pool hangs by an exit, and by most other errors."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            yield
+    except _WRONG as error:
+        last = said.getvalue().strip().rpartition("\n")[2]
+        reason = last if isinstance(error, SystemExit) else " ".join(str(error).split())
+        raise ValueError(f"{path}: {reason}") from error
+
+
+def _translated(package: InterfacePackage, file: Path, share: Path) -> tuple[str, IdlFile]:
     (share / file.parent).mkdir(parents=True, exist_ok=True)
     shutil.copyfile(package.folder / file, share / file)
-    with contextlib.redirect_stdout(io.StringIO()):  # the adapter prints every file name
-        convert_to_idl(package.folder, package.name, file, share)
+    convert_to_idl(package.folder, package.name, file, share)
     locator = IdlLocator(str(share), str(file.with_suffix(".idl")))
     return str(locator.get_absolute_path()), _parse_idl_file(locator)
 
@@ -135,7 +167,8 @@ def _run_generator(task: tuple[InterfacePackage, str, Path, Path]) -> str:
     package, generator, prefix, out = task
     arguments = _arguments(package, generator, prefix, out)
     _write_visibility_header(package.name, generator, prefix, out)
-    _GENERATORS[generator](str(arguments))
+    with _one_error(package.folder):
+        _GENERATORS[generator](str(arguments))
     return package.name
 
 

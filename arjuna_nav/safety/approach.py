@@ -41,6 +41,10 @@ class ApproachConfig:
     moving_clearance: float = length_param(0.1, "Distance kept from what moves.")
     reaction_time: float = duration_param(0.1, "From a scan to the wheels.")
 
+    def step(self, duration: float) -> float:
+        """Return the step of looking a duration ahead [s]; 500 are enough for any velocity."""
+        return max(self.simulation_time_step, duration / 500)
+
 
 class Approach:
     """Slows the robot down so that a collision stays a time away.
@@ -73,7 +77,8 @@ class Approach:
 
         Source: nav2_collision_monitor, Polygon::getCollisionTime and projectState.
         """
-        kept, step = self._config.time_before_collision, self._config.simulation_time_step
+        kept = self._config.time_before_collision
+        step = self._config.step(kept)
         if inside(outline, points) >= self._least:
             return 0.0
         vx, vy, x, y, time = velocity.x, velocity.y, 0.0, 0.0, 0.0
@@ -101,7 +106,8 @@ class Approach:
         """
         zone = self._config
         braking = 0.5 * self._stops(velocity) + zone.reaction_time
-        duration, step = max(zone.time_before_collision, braking), zone.simulation_time_step
+        duration = max(zone.time_before_collision, braking)
+        step = zone.step(duration)
         reach = footprint.circumscribed_radius + velocity.speed * duration
         near = points[np.hypot(*points.T) <= reach]
         if len(near) < self._least:
@@ -171,7 +177,7 @@ class Approach:
 
     def _meetings(self, velocity: Velocity, sight: Sight, outline: Footprint) -> list[float]:
         """Return when each part of a velocity meets points that move [s], inf for never."""
-        step = self._config.simulation_time_step
+        step = self._config.step(self._config.moving_time)
         times = step * np.arange(1, math.ceil(self._config.moving_time / step) + 1)
         paths = sight.points + sight.motions * times[:, None, None]
         found = []

@@ -127,9 +127,9 @@ def _of_script(xml: XmlFile, visual: Element) -> Iterator[Path]:
         for script in sorted(folder.glob("*.material")):
             text = read_text(script, error=InputFileError)
             block = re.search(
-                rf"^\s*material\s+{name}\b(.*?)(?=^\s*material\s|\Z)", text, re.M | re.S
+                rf"^[ \t]*material\s+{name}\b(.*?)(?=^[ \t]*material\s|\Z)", text, re.M | re.S
             )
-            texture = block and re.search(r"^\s*texture\s+([\w.-]+)", block[1], re.M)
+            texture = block and re.search(r"^[ \t]*texture\s+([\w.-]+)", block[1], re.M)
             for beside in (*folders, folder.parent / "textures") if texture else ():
                 if texture and (beside / texture[1]).is_file():
                     yield beside / texture[1]

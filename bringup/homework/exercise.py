@@ -7,7 +7,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args, get_origin, get_type_hints
 
 from arjuna_core.errors import ArjunaError, InputFileError, nearest
 from arjuna_core.files.input_file import read_bytes
@@ -159,14 +159,17 @@ def load_exercise(name: str) -> Exercise:
 def _value(key: str, value: Any) -> Any:
     if key == "criteria":
         return tuple(_criterion(str(name), one) for name, one in value.items())
-    if key == "submit":
-        names = [value] if isinstance(value, str) else value
-        if any("/" in name for name in names):
-            raise ValueError("'submit' has names of files, without folders")
-        return tuple(names)
     if key == "goals":
         return tuple(tuple(map(float, pose)) for pose in value)
-    return tuple(value) if isinstance(value, list) else value
+    kind = get_type_hints(Exercise)[key]
+    is_list = get_origin(kind) is tuple
+    values = value if is_list and isinstance(value, list) else [value]
+    one = get_args(kind)[0] if is_list else get_origin(kind) or kind
+    if not all(isinstance(each, (int, float) if one is float else one) for each in values):
+        raise ValueError(f"'{key}' is {value!r}; valid: {one.__name__}")
+    if key == "submit" and any("/" in name for name in values):
+        raise ValueError("'submit' has names of files, without folders")
+    return tuple(values) if is_list else value
 
 
 def _criterion(name: str, given: Any) -> Criterion:

@@ -36,15 +36,22 @@ def warm_up(groups: Iterable[Group], also: Iterable[str] = ()) -> None:
     """Import and compile what groups of nodes stand on, for processes that are forked then.
 
     It starts no thread, as rclpy's own modules would. A module that is missing is left to them.
+    Ctrl-C waits for the end of an import: C extensions drop it, and print it.
     """
-    import numba
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, _STOP_SIGNALS)
+    try:
+        import numba
 
-    for name in (*MESSAGES, *(core for group in groups for core in group.cores), *also):
-        with contextlib.suppress(ImportError):
-            importlib.import_module(name)
-    compiled: Any = numba.njit(lambda: 0)
-    compiled()  # the first compiled function takes ten times as long
-    inspect.getmodule(warm_up.__code__)  # the first line that rclpy logs asks every module so
+        for name in (*MESSAGES, *(core for group in groups for core in group.cores), *also):
+            if not signal.sigpending().isdisjoint(_STOP_SIGNALS):
+                return
+            with contextlib.suppress(ImportError):
+                importlib.import_module(name)
+        compiled: Any = numba.njit(lambda: 0)
+        compiled()  # the first compiled function takes ten times as long
+        inspect.getmodule(warm_up.__code__)  # the first line that rclpy logs asks every module so
+    finally:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
     gc.collect()
     gc.freeze()  # what is shared stays shared
 

@@ -24,8 +24,9 @@ POLICIES = {
     "durability": DurabilityPolicy,
     "liveliness": LivelinessPolicy,
 }
+_WRONG = (InvalidQoSProfileException, ValueError, TypeError, AttributeError, OverflowError)
 _DURATIONS = ("deadline", "lifespan", "liveliness_lease_duration")
-_VALUES = ("depth", "avoid_ros_namespace_conventions")
+_VALUES: dict[str, type[int]] = {"depth": int, "avoid_ros_namespace_conventions": bool}
 
 
 def read_overrides(path: Path) -> dict[str, QoSProfile]:
@@ -42,7 +43,7 @@ def read_overrides(path: Path) -> dict[str, QoSProfile]:
         try:
             parts = {name: _part(name, value) for name, value in profile.items()}
             found[str(topic)] = QoSProfile(**parts)
-        except (InvalidQoSProfileException, ValueError, TypeError, AttributeError) as error:
+        except _WRONG as error:
             raise InputFileError(path, str(error), str(topic)) from error
     return found
 
@@ -58,6 +59,8 @@ def _part(name: str, value: Any) -> Any:
     if name not in _VALUES:
         valid = nearest(name, (*POLICIES, *_DURATIONS, *_VALUES))
         raise ValueError(f"unexpected key '{name}'; {valid}")
+    if type(value) is not _VALUES[name]:
+        raise TypeError(f"{name} is {value!r}, which is no {_VALUES[name].__name__}")
     if value < 0:
         raise ValueError(f"{name} is {value}; it may not be negative")
     return value

@@ -20,6 +20,7 @@ from launch_ros.substitutions import FindPackageShare
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.input_file import read_text
 from arjuna_core.files.shipped import shipped_file
+from arjuna_core.files.yaml_file import plain
 from bringup.ros2.verbs.forward import module_of
 from bringup.ros2.worlds import world_of
 
@@ -205,7 +206,7 @@ def _poses(text: str) -> dict[str, Mapping[str, Any]]:
     for part in filter(None, map(str.strip, text.split(";"))):
         name, equals, pose = part.partition("=")
         try:
-            one = yaml.safe_load(pose if equals else part)
+            one = plain(pose if equals else part)
             found[name.strip() if equals else one["name"]] = one if equals else one["pose"]
         except (yaml.YAMLError, KeyError, TypeError) as error:
             valid = "NAME={x: 1.0, y: 0.5, yaw: 0.0}; ..."

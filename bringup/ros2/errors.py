@@ -31,8 +31,13 @@ def ignore_interrupts() -> None:
 
 def check_interrupts() -> None:
     """Raise KeyboardInterrupt if Ctrl-C has come since `watch_interrupts`."""
-    if _seen_at > -math.inf:
+    if was_interrupted():
         raise KeyboardInterrupt
+
+
+def was_interrupted() -> bool:
+    """Return whether Ctrl-C has come since `watch_interrupts`."""
+    return _seen_at > -math.inf
 
 
 def _on_signal(number: int, frame: object) -> None:

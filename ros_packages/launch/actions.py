@@ -7,8 +7,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
-import yaml
-
+from arjuna_core.files.yaml_file import plain
 from launch.action import Action, Entities, LaunchDescriptionEntity, entities
 from launch.declare_launch_argument import DeclareLaunchArgument as DeclareLaunchArgument
 from launch.event_handler import BaseEventHandler, Event
@@ -21,6 +20,8 @@ from launch.logging import get_logger
 from launch.missing import PackageMissing, left_out, report, without_missing
 from launch.substitution import SomeSubstitutionsType, perform_substitutions, performed
 from launch.texts import InvalidLaunchFileError
+
+_DEEPEST = 30  # files, each included by the one before
 
 
 class _Doing(Action):
@@ -224,7 +225,11 @@ class IncludeLaunchDescription(Action):
                 )
         locals_ = context.get_locals_as_dict()
         path = Path(self.launch_description_source.location).absolute()
-        here = {"current_launch_file_path": path, "current_launch_file_directory": path.parent}
+        depth = locals_.get("depth_of_includes") or 0
+        if depth >= _DEEPEST:
+            raise RuntimeError(f"launch file {path} is included {depth} deep; does it hold itself?")
+        here: dict[str, Any] = {"current_launch_file_path": path, "depth_of_includes": depth + 1}
+        here["current_launch_file_directory"] = path.parent
         back = {name: locals_.get(name) for name in here}
         return [
             *given,
@@ -262,7 +267,7 @@ class ForEach(OpaqueFunction):
     ) -> None:
         def each(context: LaunchContext) -> list[LaunchDescriptionEntity]:
             texts = perform_substitutions(context, input_values).split(";")
-            given = (yaml.safe_load(text) for text in texts if text.strip())
+            given = (plain(text) for text in texts if text.strip())
             return [one for values in given for one in entities(function(**values))]
 
         super().__init__(function=each, **rest)

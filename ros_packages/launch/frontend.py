@@ -48,12 +48,16 @@ class Entity:
 
     def text(self, name: str, *others: str) -> Text | None:
         """Return a text as substitutions, under the first of some names that it has."""
-        found = next((self.texts[one] for one in (name, *others) if one in self.texts), None)
-        return None if found is None else parse_substitution(found)
+        is_there = any(one in self.texts for one in (name, *others))
+        return self.needed(name, *others) if is_there else None
 
     def needed(self, name: str, *others: str) -> Text:
         """Return a text that must be there."""
-        found = self.text(name, *others)
+        return parse_substitution(self.plain(name, *others))
+
+    def plain(self, name: str, *others: str) -> str:
+        """Return a text that must be there, as it stands."""
+        found = next((self.texts[one] for one in (name, *others) if one in self.texts), None)
         if found is None:
             has = ", ".join(self.texts) or "nothing"
             raise InvalidLaunchFileError(f"<{self.tag}> lacks '{name}', it has: {has}")
@@ -165,7 +169,7 @@ def _description(path: Path, root: Entity) -> LaunchDescription:
         raise InvalidLaunchFileError(f"launch file {path} is of <{root.tag}>; valid: <launch>")
     try:
         return LaunchDescription([action_of(child) for child in root.children])
-    except (InvalidLaunchFileError, AttributeError, TypeError, ValueError) as error:
+    except (RuntimeError, AttributeError, TypeError, ValueError) as error:  # too deep, too
         raise InvalidLaunchFileError(f"launch file {path}: {error}") from error
 
 

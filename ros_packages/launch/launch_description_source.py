@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import runpy
 from pathlib import Path
 from typing import Any
@@ -43,7 +44,7 @@ class LaunchDescriptionSource:
 
 def description_of(path: Path) -> LaunchDescription:
     """Read a launch file: by its ending, else by how it begins."""
-    if not path.is_file():
+    if not os.path.lexists(path):
         beside = sorted(each.name for each in path.parent.glob("*") if each.is_file())
         there = f"; there are {', '.join(beside[:20])}" if beside else ""
         raise InvalidLaunchFileError(f"launch file {path} does not exist{there}")

@@ -18,9 +18,9 @@ def _inside(entity: Entity, *without: str) -> list[Action]:
 def _argument(entity: Entity) -> Action:
     if "value" in entity.texts:  # as ROS 1 has it
         return _let(entity)
-    choices = [child.texts["value"] for child in entity.all("choice")]
+    choices = [child.plain("value") for child in entity.all("choice")]
     return actions.DeclareLaunchArgument(
-        entity.texts["name"],
+        entity.plain("name"),
         default_value=entity.text("default"),
         description=entity.texts.get("description", ""),
         choices=choices or None,
@@ -50,7 +50,7 @@ def _group(entity: Entity) -> Action:
 
 
 def _pairs(entity: Entity, tag: str) -> dict[str, Any]:
-    return {one.texts["name"]: one.needed("value") for one in entity.all(tag)}
+    return {one.plain("name"): one.needed("value") for one in entity.all(tag)}
 
 
 def of_process(entity: Entity) -> dict[str, Any]:

@@ -6,14 +6,14 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from arjuna_core.errors import nearest
+from arjuna_core.errors import ArjunaError, nearest
 from launch import substitutions
 from launch.substitution import Substitution, TextSubstitution
 
 Text = list[Substitution]
 
 
-class InvalidLaunchFileError(RuntimeError):
+class InvalidLaunchFileError(ArjunaError, RuntimeError):
     """A file is no launch file; the message says why."""
 
 

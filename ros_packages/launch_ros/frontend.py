@@ -63,8 +63,8 @@ def _parameter(entity: Entity) -> Any:
         joined: dict[str, Any] = {}
         for one in inner:
             joined |= _parameter(one)
-        return {entity.texts["name"]: joined}
-    return {entity.texts["name"]: _value(entity)}
+        return {entity.plain("name"): joined}
+    return {entity.plain("name"): _value(entity)}
 
 
 def _composable(entity: Entity) -> list[ComposableNode]:

@@ -22,6 +22,7 @@ from launch.substitution import (
 from launch.texts import parse_substitution
 
 from arjuna_core.files.input_file import read_text
+from arjuna_core.files.yaml_file import plain as plain_values
 
 SomeParameters = Iterable[Any]
 _TYPES = {"str": str, "int": int, "float": float, "bool": bool}
@@ -95,7 +96,7 @@ def value_of(context: LaunchContext, value: Any, kind: Any = None, typed: bool =
         return value if kind is None else kind(value)
     found: Any = value
     with suppress(yaml.YAMLError):
-        found = yaml.safe_load(value)
+        found = plain_values(value)
     plain = isinstance(found, str) and value[:1] not in ("'", '"')
     if plain or found is None or isinstance(found, Mapping):
         return value  # a robot's description may look like a mapping, and keeps its lines

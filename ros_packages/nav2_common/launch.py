@@ -21,7 +21,7 @@ from launch.substitution import (
 from launch.substitutions import LaunchConfiguration
 
 from arjuna_core.files.input_file import read_text
-from arjuna_core.files.yaml_file import read_yaml
+from arjuna_core.files.yaml_file import plain, read_yaml
 
 _Texts = Mapping[Any, SomeSubstitutionsType]
 
@@ -68,13 +68,14 @@ class RewrittenYaml(Substitution):
                     return float(text) if "." in text else int(text)
             return {"true": True, "false": False}.get(text.lower(), text)
 
-        document = rewritten(read_yaml(Path(perform_substitutions(context, self.source_file))), "")
+        content = read_yaml(Path(perform_substitutions(context, self.source_file)))
+        document = rewritten(content or {}, "")
         for path in params.keys() - found:
             *above, last = path.split(".")
             if "ros__parameters" in above:  # a whole path is there afterwards, in any case
                 node = document
                 for key in above:
-                    node = node.setdefault(key, {})
+                    node[key] = node = node.get(key) or {}
                 node[last] = converted(params[path])
         root = perform_substitutions(context, self.root_key or "").strip("/")
         return str(context.new_file(yaml.safe_dump({root: document} if root else document)))
@@ -109,7 +110,7 @@ class HasNodeParams(Substitution):
 
     def perform(self, context: LaunchContext) -> str:
         found = read_yaml(Path(perform_substitutions(context, self.source_file)))
-        return str(self.node_name in found)
+        return str(self.node_name in (found or ()))
 
 
 class LaunchConfigAsBool(LaunchConfiguration):
@@ -135,7 +136,7 @@ class ParseMultiRobotPose(Substitution):
         text = next((text for name, _, text in given if name == self.argument), "")
         pairs = (one.partition("=") for one in text.split(";") if "=" in one)
         zero = dict.fromkeys(("x", "y", "z", "roll", "pitch", "yaw"), 0.0)
-        return {name.strip(): {**zero, **yaml.safe_load(pose)} for name, _, pose in pairs}
+        return {name.strip(): {**zero, **plain(pose)} for name, _, pose in pairs}
 
 
 import_by_file({sys.modules[__name__]: ()})

@@ -15,8 +15,10 @@ from unittest.mock import Mock
 import pytest
 
 from bringup import cli
+from bringup.__main__ import main
 from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
+from bringup.ros2 import errors
 from bringup.ros2 import main as ros2
 from bringup.terminal import RIGHT, UP, Keys
 
@@ -131,6 +133,17 @@ def test_help_imports_neither_numpy_nor_ros() -> None:
     assert run.stdout.splitlines()[-1] == "[]"
 
 
+def test_ctrl_c_while_the_command_line_is_read_ends_without_a_traceback(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    def interrupted() -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(cli, "parse", interrupted)
+    monkeypatch.setattr(errors, "watch_interrupts", lambda: None)  # the handler stays pytest's
+    assert main() == 130
+
+
 def test_sim_takes_several_robots_each_with_its_namespace_and_start() -> None:
     first, second = "--robot a.urdf --namespace /a/ --at 1 -2", "--robot b.urdf --namespace b"
     arguments = parse(["sim", *first.split(), *second.split(), "--at", "0", "0"])
@@ -184,6 +197,8 @@ def test_ctrl_c_while_an_extension_is_imported_ends_as_at_any_time(
         ros2.main(["topic", "list"])
     with pytest.raises(ImportError, match="no symbol"):
         cli.run(argparse.Namespace(run=broken))
+    monkeypatch.setattr(cli, "was_interrupted", lambda: True)  # which the extension dropped
+    assert cli.run(argparse.Namespace(run=broken)) == cli.INTERRUPTED
 
 
 def test_another_module_asks_for_the_whole_set_up(capsys: pytest.CaptureFixture[str]) -> None:

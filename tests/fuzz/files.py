@@ -42,10 +42,12 @@ from arjuna_slam.mapping.session import SessionFileError, load_session
 from arjuna_slam.offline import read_relations
 from bringup.campaign.plan import load_campaign
 from bringup.client.waypoints import load_waypoints
+from bringup.homework.exercise import ExerciseError, load_exercise, sheet
 from bringup.lessons.runner import load_page
 from bringup.parameters.files import load_parameters
 from bringup.parameters.foreign.conversion import converted
 from bringup.parameters.foreign.launch_file import LaunchFile
+from bringup.ros2.workspace.cmake import read_cmake
 from bringup.tuning.plan import Known, known_parameters, load_tuning
 from bringup.viewing.drawing import visual_model
 from bringup.viewing.drawing.visual_model import VisualError
@@ -145,6 +147,41 @@ _INNER = """<launch>
     </node>
   </group>
 </launch>
+"""
+_LAUNCH = """launch:
+- arg: {name: world, default: x, description: the world}
+- let: {name: speed, value: "0.3"}
+- group:
+  - push_ros_namespace: {namespace: "$(var world)"}
+  - node:
+      pkg: demo_nodes_cpp
+      exec: talker
+      param: [{name: a, value: 1.5}, {name: b, param: [{name: c, value: [1, 2, 3]}]}]
+      remap: [{from: chatter, to: /x}]
+      env: [{name: A, value: "$(eval '1 + 1')"}]
+- include: {file: $(dirname)/inner.launch.xml, arg: [{name: x, value: "1"}]}
+- timer: {period: 3.0, children: [{log: {message: late}}]}
+"""
+_LAUNCH_XML = """<launch>
+  <arg name="world" default="x"><choice value="x"/></arg>
+  <group if="$(eval '1 == 1')"><push_ros_namespace namespace="robot1"/>
+    <node pkg="demo_nodes_cpp" exec="talker" respawn="true" respawn_delay="2.0">
+      <param name="b"><param name="c" value="[1, 2, 3]"/></param>
+      <param from="$(dirname)/nav2_params.yaml" allow_substs="true"/>
+      <remap from="chatter" to="/x"/><env name="A" value="$(env HOME)"/>
+    </node>
+  </group>
+  <include file="$(dirname)/inner.launch.xml"><arg name="x" value="1"/></include>
+</launch>
+"""
+_CMAKE = """project(my_robot)
+set(FOLDERS launch params)
+file(GLOB MODELS RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} "urdf/*.urdf")
+foreach(one ${FOLDERS} worlds)
+  install(DIRECTORY ${one} DESTINATION share/${PROJECT_NAME} PATTERN "*.bak" EXCLUDE)
+endforeach()
+install(PROGRAMS scripts/a.py DESTINATION lib/${PROJECT_NAME} RENAME a)
+ament_add_pytest_test(unit test/test_a.py TIMEOUT 60 ENV A=1)
 """
 _WARNINGS: deque[str] = deque(maxlen=1)
 _DOCKS = "docks:\n  home: {type: simple, frame: map, pose: [1.0, 2.0, 0.5], id: a}\n"
@@ -324,6 +361,18 @@ def _drawn(path: Path) -> None:
         raise VisualError(notes[0])
 
 
+def _described(path: Path) -> None:
+    from launch.launch_description_source import description_of  # which needs ROS's index
+
+    description_of(path).get_launch_arguments()
+
+
+def _cmake(folder: Path) -> Path:
+    (folder / "urdf").mkdir()
+    (folder / "urdf" / "a.urdf").write_text("<robot/>", encoding="utf-8")
+    return _text("CMakeLists.txt", _CMAKE)(folder)
+
+
 @cache
 def _parameters_now() -> Known:
     return known_parameters([])
@@ -336,6 +385,15 @@ READERS = (
     Reader("parameters", lambda path: load_parameters([path]), InputFileError, _parameters),
     Reader("foreign parameters", converted, InputFileError, _parameters),
     Reader("launch", LaunchFile, InputFileError, _launch),
+    Reader("launch YAML", _described, ArjunaError, _text("a.launch.yaml", _LAUNCH)),
+    Reader("launch XML", _described, ArjunaError, _text("a.launch.xml", _LAUNCH_XML)),
+    Reader("CMake", lambda path: read_cmake(path.parent, "a", "lib"), InputFileError, _cmake),
+    Reader(
+        "homework",
+        lambda path: sheet(load_exercise(str(path))),
+        ExerciseError,
+        _shipped("homework/waypoints.yaml"),
+    ),
     Reader("campaign", load_campaign, InputFileError, _shipped("campaigns/goals.yaml")),
     Reader(
         "tuning",

@@ -26,6 +26,7 @@ from mcap.writer import CompressionType, Writer
 from arjuna_core.bags.reader import Bag
 from arjuna_core.errors import MapError
 from tests.fuzz.files import LONGEST, READERS, Reader
+from tests.sim.files.test_pictures import OGRE, drawn, world_of
 
 SECONDS = 2.0
 MEGABYTES = 100.0
@@ -110,7 +111,7 @@ def test_a_good_file_with_a_hole_behind_it_costs_no_more_and_what_is_no_file_is_
     except reader.error as error:
         problem = str(error)
     assert len(problem) <= LONGEST
-    if reader.name != "bag metadata":  # which has one name
+    if reader.name not in {"bag metadata", "CMake"}:  # which have one name
         refused(reader, path.with_name("x" * 300 + path.suffix))
     path.unlink()
     for put in (_device, _pipe, _hole, _folder):
@@ -218,6 +219,15 @@ def test_an_image_larger_than_any_map_is_refused(tmp_path: Path, packed: str) ->
     header.write_text(header.read_text().replace("room.pgm", path.name))
     with bounds(), pytest.raises(MapError, match="pixels"):
         BY_NAME["map YAML"].read(header)
+
+
+def test_blank_lines_of_a_material_s_script_are_passed_over(tmp_path: Path) -> None:
+    path = tmp_path / "board" / "materials" / "scripts" / "board.material"
+    (path.parents[1] / "textures").mkdir(parents=True)
+    path.parent.mkdir()
+    path.write_text("\n" * 300_000)
+    with bounds():
+        assert drawn(world_of(tmp_path, OGRE)) == []
 
 
 def _launch(text: str) -> Callable[[Path], Path]:

@@ -65,17 +65,40 @@ def test_what_cannot_be_built_is_refused(
 
 
 @pytest.mark.ros
-def test_a_package_is_built_and_its_messages_are_sent_as_bytes(tmp_path: Path) -> None:
-    text = "builtin_interfaces/Time stamp\nfloat32[] levels\n"
-    _write(tmp_path / "src" / "tank_msgs", Level=text)
-    folders = str(tmp_path / "src"), str(tmp_path / "env")
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("uint8 MOST=999", "msg/Level.msg: value '999' can not be converted"),
+        ("float64 Level", "msg/Level.msg: 'Level' is an invalid field name"),
+        ('float64 level # """ \\', "msg/Level.msg: UnicodeDecodeError processing"),
+        ("geometry_msgs/Pse at", "there is no type 'Pse'"),
+    ],
+)
+def test_a_definition_that_is_wrong_is_refused_by_its_name(
+    tmp_path: Path, text: str, expected: str
+) -> None:
+    _write(tmp_path / "tank_msgs", Level=f"{text}\n")
+    done = _built(tmp_path, tmp_path / "env")
+    assert f"ValueError: {tmp_path}/tank_msgs" in done.stderr
+    assert expected in done.stderr
+
+
+def _built(*folders: Path) -> subprocess.CompletedProcess[str]:
+    """Build the packages of a folder into a prefix: it forks, which threads do not survive."""
     build = (
         f"import sys; from pathlib import Path; sys.path.insert(0, {str(ROOT)!r})\n"
         "from rosidl_build.environment import build\n"
         "print(build(*map(Path, sys.argv[1:])))"
     )
-    command = [sys.executable, "-c", build, *folders]  # it forks, which threads do not survive
-    done = subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+    command = [sys.executable, "-c", build, *map(str, folders)]
+    return subprocess.run(command, capture_output=True, text=True, timeout=120, check=False)
+
+
+@pytest.mark.ros
+def test_a_package_is_built_and_its_messages_are_sent_as_bytes(tmp_path: Path) -> None:
+    text = "builtin_interfaces/Time stamp\nfloat32[] levels\n"
+    _write(tmp_path / "src" / "tank_msgs", Level=text)
+    done = _built(tmp_path / "src", tmp_path / "env")
     assert done.stdout == "['tank_msgs']\n", done.stderr
     script = (
         "from rclpy.serialization import deserialize_message, serialize_message as s\n"

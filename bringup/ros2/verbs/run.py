@@ -84,7 +84,7 @@ def become(path: Path, words: list[str]) -> NoReturn:
         Ros2Error: It is of ROS 1.
     """
     text = head_of(path, 65536)
-    if text.startswith(b"#!") and re.search(rb"^\s*(import|from)\s+rospy\b", text, re.MULTILINE):
+    if text.startswith(b"#!") and re.search(rb"^[ \t]*(import|from)\s+rospy\b", text, re.MULTILINE):
         raise Ros2Error(
             f"{path} is of ROS 1 (it imports rospy); docs/coming-from-ros1.md has ROS 2's"
         )

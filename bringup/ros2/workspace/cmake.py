@@ -13,6 +13,7 @@ from fnmatch import fnmatch
 from pathlib import Path
 from typing import NamedTuple
 
+from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_text
 
 _CALL = re.compile(r'^[ \t]*(\w+)\s*\(((?:"(?:[^"\\]|\\.)*"|[^()"]|\([^()]*\))*)\)', re.MULTILINE)
@@ -96,7 +97,10 @@ class CMakeLists:
             at += 1
             self._conditions += (name == "if") - (name == "endif")
             if name == "foreach":
-                end = next((i for i in range(at, len(calls)) if calls[i][0] == "endforeach"), at)
+                end, depth = at, 1
+                while depth and end < len(calls):
+                    depth += (calls[end][0] == "foreach") - (calls[end][0] == "endforeach")
+                    end += 1
                 for value in self._items_of(words[1:]):
                     self.values[words[0]] = [value]
                     self.follow(calls[at:end])
@@ -226,7 +230,9 @@ def expanded(text: str, values: Mapping[str, list[str]]) -> list[str]:
     """Return a call's arguments, with variables replaced by their values."""
 
     def words() -> Iterator[str]:
-        for word in shlex.split(text):
+        lexer = shlex.shlex(text, posix=True)
+        lexer.whitespace_split, lexer.commenters, lexer.quotes = True, "", '"'
+        for word in lexer:
             if (whole := _VARIABLE.fullmatch(word)) is not None:
                 yield from values.get(whole[1], ())
             else:
@@ -236,9 +242,14 @@ def expanded(text: str, values: Mapping[str, list[str]]) -> list[str]:
 
 
 def read_cmake(folder: Path, name: str, site: str) -> CMakeLists:
-    """Read a package's CMakeLists.txt; `site` is the folder of Python packages below the prefix."""
+    """Read a package's CMakeLists.txt; `site` is the folder of Python packages below the prefix.
+
+    Raises:
+        InputFileError: It cannot be read or followed.
+    """
     folder = folder.resolve()
-    text = re.sub(r"#.*", "", read_text(folder / "CMakeLists.txt"))
+    path = folder / "CMakeLists.txt"
+    text = re.sub(r"#.*", "", read_text(path))
     values = {
         **dict.fromkeys(_HERE, str(folder)),
         **dict.fromkeys(("CMAKE_PROJECT_NAME", "PROJECT_NAME"), name),
@@ -248,5 +259,8 @@ def read_cmake(folder: Path, name: str, site: str) -> CMakeLists:
         "PYTHON_INSTALL_DIR": site,
     }
     found = CMakeLists(folder, {key: [value] for key, value in values.items()})
-    found.follow([(one.lower(), inside) for one, inside in _CALL.findall(text)])
+    try:
+        found.follow([(one.lower(), inside) for one, inside in _CALL.findall(text)])
+    except (ValueError, LookupError, OSError, RuntimeError) as error:  # as of a pattern, too deep
+        raise InputFileError(path, f"cannot be followed: {error}") from error
     return found

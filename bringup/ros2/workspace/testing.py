@@ -23,7 +23,7 @@ from bringup.ros2.errors import Ros2Error
 from bringup.ros2.workspace.cmake import Test, read_cmake
 from bringup.ros2.workspace.packages import SITE, Package
 
-_LINTERS = re.compile(r"^\s*(?:from|import) (ament_\w+)", re.MULTILINE)
+_LINTERS = re.compile(r"^[ \t]*(?:from|import) (ament_\w+)", re.MULTILINE)
 _NO_TESTS = 5  # pytest's exit code
 _SOURCED = '[ -f "$0" ] && . "$0"; exec "$@"'
 
@@ -115,13 +115,13 @@ def show_results(arguments: argparse.Namespace) -> int:
     for path in sorted(arguments.test_result_base.rglob("*.xml")):
         try:
             root = parse_xml(path, read_bytes(path, 1 << 27))
-        except ArjunaError:
+            suites = [root, *root] if root.tag == "testsuites" else [root]
+            suites = [one for one in suites if one.tag == "testsuite"]
+            counts = {key: sum(int(one.get(key) or 0) for one in suites) for key in totals}
+        except (ArjunaError, ValueError):
             continue  # no result of tests
-        suites = [root, *root] if root.tag == "testsuites" else [root]
-        suites = [one for one in suites if one.tag == "testsuite"]
         if not suites:
             continue
-        counts = {key: sum(int(one.get(key) or 0) for one in suites) for key in totals}
         totals = {key: totals[key] + count for key, count in counts.items()}
         if arguments.all or counts["errors"] or counts["failures"]:
             print(f"{path}: {_counted(counts)}")

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import re
 import signal
+from types import SimpleNamespace
 
 import pytest
 
+from bringup.processes import fork
 from tests.helpers.processes import Lines, ended
 
 SUPERVISOR = """
@@ -64,6 +66,19 @@ WAIT = "threading.Event().wait()"
 def supervise(run: str, before: str = "") -> Lines:
     """Start a supervisor of a fork that runs a source, after another source."""
     return Lines("-c", SUPERVISOR.format(run, before))
+
+
+def test_ctrl_c_waits_for_the_end_of_an_import(monkeypatch: pytest.MonkeyPatch) -> None:
+    imported: list[str] = []
+
+    def extension(name: str) -> None:
+        signal.raise_signal(signal.SIGINT)
+        imported.append(name)
+
+    monkeypatch.setattr(fork, "importlib", SimpleNamespace(import_module=extension))
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        fork.warm_up((), ["one", "another"])
+    assert len(imported) == 1
 
 
 def test_it_has_the_words_it_was_given_to_itself_and_to_ps() -> None:

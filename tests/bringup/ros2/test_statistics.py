@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import time
@@ -85,6 +86,16 @@ def test_what_a_destructor_drops_is_raised_at_the_next_look_and_not_before() -> 
     Interrupted()
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         check_interrupts()
+
+
+def test_an_import_that_ctrl_c_broke_ends_as_ctrl_c_does(monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(words: list[str]) -> int:
+        with contextlib.suppress(KeyboardInterrupt):  # as numpy's extensions do
+            signal.raise_signal(signal.SIGINT)
+        raise ImportError("PyCapsule_Import could not import module")
+
+    monkeypatch.setattr(main, "_run", broken)
+    assert main.main(["topic", "list"]) == main.INTERRUPTED
 
 
 def test_a_signal_that_is_sent_twice_interrupts_once(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -97,6 +97,27 @@ def test_a_robot_that_brakes_slowly_is_slowed_as_much_sooner() -> None:
     assert slow.allowed(Velocity(1.0), Sight.of(ahead), CIRCLE) == pytest.approx(1.1 / 1.35)
 
 
+@pytest.mark.parametrize("config", [CONFIG, replace(CONFIG, leave_obstacles=False)])
+def test_no_velocity_is_looked_ahead_at_for_long(
+    config: ApproachConfig, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A robot of 1e9 m/s brakes for years: a client's message held up all of navigation."""
+    looked: list[Points] = []
+    holds = Footprint.holds
+
+    def counted(outline: Footprint, points: Points) -> NDArray[np.bool_]:
+        looked.append(points)
+        assert len(looked) < 3000
+        return holds(outline, points)
+
+    monkeypatch.setattr(Footprint, "holds", counted)
+    behind = Sight.of(np.tile([-0.6, 0.0], (LEAST, 1)))
+    for velocity in (Velocity(1e9), Velocity(0.1, yaw_rate=1e9)):
+        for finest in (config.simulation_time_step, 0.001):
+            zone = replace(config, simulation_time_step=finest, moving_time=0.0)
+            Approach(zone, LEAST).allowed(velocity, behind, BOX)
+
+
 @pytest.mark.parametrize(
     ("touching", "ahead", "allowed"),
     [

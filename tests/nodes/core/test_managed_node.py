@@ -116,6 +116,18 @@ def test_what_is_no_list_is_refused_for_a_list(bench: RosBench, node: EchoNode) 
     assert node.config.others == ("x", "y")
 
 
+def test_whose_time_it_is_stays_as_it_was_at_the_start(bench: RosBench, node: EchoNode) -> None:
+    same, other = (Parameter("use_sim_time", value=value) for value in (True, False))
+    heard = len(list(node.subscriptions))
+    (kept,), (refused,) = node.set_parameters([same]), node.set_parameters([other])
+    assert (kept.successful, refused.successful) == (True, False)
+    assert refused.reason.startswith("use_sim_time is true for all nodes of this process")
+    node.set_parameters([same])
+    assert len(list(node.subscriptions)) == heard
+    bench.advance(0.5)
+    assert node.get_clock().now().nanoseconds == 500_000_000
+
+
 def test_unknown_parameter_names_the_nearest(bench: RosBench) -> None:
     with pytest.raises(ConfigError, match="unknown parameter 'gian'; did you mean 'gain'"):
         EchoNode(bench.process, {"gian": 1.0})

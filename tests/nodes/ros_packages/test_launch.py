@@ -470,6 +470,9 @@ def test_a_substitution_without_a_value_says_why(substitution: Substitution, pro
         (LaunchConfiguration("a"), "1"),
         (ParameterValue(LaunchConfiguration("a"), value_type=str), "'1'"),
         (ParameterValue(LaunchConfiguration("a"), value_type=float), "1.0"),
+        (ParameterValue("!!int x"), "'!!int x'"),
+        (ParameterValue("[" * 5000, value_type=str), repr("[" * 5000)),
+        (ParameterValue(["[" * 5000]), repr(["[" * 5000])),
     ],
 )
 def test_a_parameter_has_one_type(given: Any, value: str) -> None:
@@ -511,12 +514,20 @@ def test_a_file_that_is_rewritten_in_a_context_of_its_own_is_there_when_it_is_re
 
 
 def test_rewritten_parameters_are_there_by_their_whole_path(tmp_path: Path) -> None:
-    (tmp_path / "a.yaml").write_text("a: {ros__parameters: {b: 1, c: 2}}")
-    rewrites = {"a.ros__parameters.d": "0.5", "c": "3"}
+    (tmp_path / "a.yaml").write_text("a: {ros__parameters: {b: 1, c: 2}}\ne:")
+    rewrites = {"a.ros__parameters.d": "0.5", "c": "3", "e.ros__parameters.f": "g"}
     made = RewrittenYaml([str(tmp_path), "/a.yaml"], rewrites, root_key="/r", convert_types=True)
     context = LaunchContext()
     written = yaml.safe_load(Path(made.perform(context)).read_text())
-    assert written == {"r": {"a": {"ros__parameters": {"b": 1, "c": 3, "d": 0.5}}}}
+    rest = {"e": {"ros__parameters": {"f": "g"}}}
+    assert written == {"r": {"a": {"ros__parameters": {"b": 1, "c": 3, "d": 0.5}}, **rest}}
+
+
+def test_a_launch_file_that_includes_itself_ends(tmp_path: Path, launched: Launch) -> None:
+    path = tmp_path / "a.launch.xml"
+    path.write_text('<launch><include file="$(dirname)/a.launch.xml"/></launch>')
+    code, printed = launched(IncludeLaunchDescription(str(path)))
+    assert (code, f"launch file {path} is included 30 deep" in printed) == (1, True)
 
 
 @pytest.mark.parametrize(

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from contextlib import closing
 from dataclasses import replace
 from pathlib import Path
 
@@ -11,6 +12,7 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from rclpy.parameter import Parameter
+from rosgraph_msgs.msg import Clock
 from sensor_msgs.msg import Imu
 from tf2_msgs.msg import TFMessage
 
@@ -177,6 +179,20 @@ def test_a_clock_that_is_set_back_starts_at_the_origin(bench: RosBench) -> None:
     bench.publish(Odometry, "wheel_odom", _wheels(TICK, 0.0, 0.0))
     bench.publish(Imu, "imu/data", _imu(TICK, 0.0))
     assert se2_from_pose(odometry[-1].pose.pose) == SE2(0.0, 0.0, 0.0)
+
+
+def test_wheels_of_the_time_before_a_clock_was_set_back_to_0_are_refused() -> None:
+    """The middleware may deliver them behind it; odometry had their stamp until time passed it."""
+    with closing(RosBench(transport="dds")) as bench:
+        start(bench, EkfNode(bench.process))
+        bench.advance(30.0, ticks=50)
+        odometry = bench.collect(Odometry, "odom")
+        bench.publish(Clock, "/clock", Clock())
+        bench.publish(Odometry, "wheel_odom", _wheels(30.0, 0.0, 0.0))
+        for now in (TICK, 2 * TICK):
+            bench.publish(Odometry, "wheel_odom", _wheels(now, 0.0, 0.0))
+            bench.publish(Imu, "imu/data", _imu(now, 0.0))
+        assert seconds(odometry[-1].header.stamp) == pytest.approx(2 * TICK)
 
 
 def test_simulator_leaves_odometry_to_the_filter(bench: RosBench) -> None:

@@ -43,6 +43,12 @@ _BOT = "share/bot"
             [f"{_BOT}/config/c.yaml", f"{_BOT}/config/deep/d.yaml", f"{_BOT}/launch/go.py"],
         ),
         (
+            "foreach(to lib share)\nforeach(file a b)\n"
+            "install(PROGRAMS scripts/${file}.py DESTINATION ${to})\n"
+            "endforeach()\nmessage(STATUS it's in ${to})\nendforeach()",
+            ["lib/a.py", "lib/b.py", "share/a.py", "share/b.py"],
+        ),
+        (
             "install(DIRECTORY config\n  DESTINATION ${CMAKE_INSTALL_PREFIX}/share/bot\n"
             '  PATTERN "deep" EXCLUDE)',
             [f"{_BOT}/config/c.yaml"],

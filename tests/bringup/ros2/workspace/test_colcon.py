@@ -321,6 +321,7 @@ def test_tests_are_run_and_their_results_listed(
     assert "own: test_flake8.py is left out, for ament_flake8 is not installed" in said
     assert "tested: test 'compiled' is C++, and is not run" in said
     assert "1 package had test failures: own" in said
+    Path("build/own/odd.xml").write_text("<testsuite tests='many'/>")  # of no test's own
     assert colcon(["test-result", "--verbose"]) == 1
     listed = capfd.readouterr().out
     assert "build/own/pytest.xml: 1 test, 0 errors, 1 failure, 0 skipped" in listed

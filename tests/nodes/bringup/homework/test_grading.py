@@ -193,6 +193,9 @@ def test_errors_of_an_exercise_name_what_is_valid(tmp_path: Path) -> None:
     path.write_text("title: x\nsubmit: a.py\ntask: t\ncriteria: {a: {points: 0, about: b}}\n")
     with pytest.raises(ArjunaError, match=r"criterion 'a' is none; valid: \{points: 2"):
         load_exercise(str(path))
+    path.write_text(f"{path.read_text().replace('points: 0', 'points: 1')}duration: long\n")
+    with pytest.raises(ArjunaError, match=r"'duration' is 'long'; valid: float"):
+        load_exercise(str(path))
 
 
 def test_a_mark_falls_from_good_to_bad() -> None:

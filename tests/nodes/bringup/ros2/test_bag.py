@@ -902,6 +902,11 @@ OTHERS = [
         "/scan: {deadline: {sec: 1}}\n",
     ),
     Other(
+        *("record -a --qos-profile-overrides-path {file}", "a depth is a number"),
+        *(prints("[ERROR] [ros2bag]: depth is 'few', which is no int ("), 1),
+        "/scan: {depth: few}\n",
+    ),
+    Other(
         *("record", "nothing to record is an error"),
         *(prints("[ERROR] [ros2bag]: Need to specify at least one option out of --all"), 1),
     ),
