@@ -97,14 +97,16 @@ def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
 
 
 def _base_frame(robot: RobotModel) -> str:
-    """Return the root link, behind what its file puts before all names, as `robot1/`.
+    """Return the root link where a drive's file names one of the robot's, else what it names.
 
-    Somebody else's robot_state_publisher puts it there too (`frame_prefix`).
+    Somebody else's robot_state_publisher describes the robot, and may put a name before all links
+    (`frame_prefix`), as `robot1/`, or know links that this file has not.
     """
     named, links = robot.drive.base_frame, robot.urdf.links
     prefix, _, link = named.rpartition("/")
-    is_prefixed = bool(prefix) and link in links and named not in links
-    return f"{prefix}/{robot.urdf.root}" if is_prefixed else robot.urdf.root
+    if not named or named in links:
+        return robot.urdf.root
+    return f"{prefix}/{robot.urdf.root}" if prefix and link in links else named
 
 
 class RobotTopics:

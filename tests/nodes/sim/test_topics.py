@@ -57,6 +57,27 @@ def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) 
     assert transforms[-1].transforms[0].header.frame_id == "wheel_odom"
 
 
+@pytest.mark.parametrize(
+    ("named", "described", "frame"),
+    [
+        ("base_link", True, "base_footprint"),
+        ("r1/base_link", True, "r1/base_footprint"),
+        ("r1/chassis", True, "r1/chassis"),
+        ("r1/chassis", False, "base_footprint"),
+    ],
+)
+def test_a_base_frame_that_is_no_link_of_the_file_is_somebody_else_s(
+    bench: RosBench, tmp_path: Path, named: str, described: bool, frame: str
+) -> None:
+    """Of whoever publishes the robot's description; else it is the root link."""
+    tag = "robotBaseFrame"
+    robot = _robot(tmp_path, (f"<{tag}>base_footprint<", f"<{tag}>{named}<"))
+    sim = start_sim(bench, robot=robot, frames_of_file=described)
+    odom, transforms = bench.collect(Odometry, "/odom"), bench.collect(TFMessage, "/tf")
+    run(bench, sim, 2)
+    assert {odom[-1].child_frame_id, transforms[-1].transforms[0].child_frame_id} == {frame}
+
+
 def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> None:
     sim = start_sim(bench, robot=_robot(tmp_path, *RENAMED), standard_topics=True)
     odom = bench.collect(Odometry, "/odom")
