@@ -16,6 +16,7 @@ from arjuna_core.ros import qos
 from arjuna_core.ros.context import class_of
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
+from arjuna_sim.model.settings import BRIDGES
 from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
@@ -137,6 +138,13 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
     return None
 
 
+def marks(topics: list[Bridged]) -> list[str]:
+    """Return the topics by which the simulator knows what is bridged, as `BRIDGES` says."""
+    own = [BRIDGES] if topics else []
+    hands_on = any("TFMessage" in t.kind and t.direction != "ROS_TO_GZ" for t in topics)
+    return [*own, f"{BRIDGES}/tf"] if hands_on else own
+
+
 class Relay:
     """Hands a topic's messages on, raw or not, under another name while somebody wants them."""
 
@@ -174,6 +182,8 @@ def main(words: list[str]) -> None:
     with Client(name="ros_gz_bridge", words=["--ros-args", *own]) as client:
         for service in services:  # the simulator has those that a client asks for
             client.node.create_client(class_of(service.kind), service.ros)
+        for name in marks(waiting):
+            client.node.create_publisher(class_of("std_msgs/msg/Empty"), name, qos.DEFAULT)
         client.discover()
         while True:
             found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}

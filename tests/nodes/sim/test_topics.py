@@ -9,12 +9,14 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Imu, JointState, LaserScan
+from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.model.robot import SOLO
+from arjuna_sim.model.settings import BRIDGES
 from arjuna_sim.nodes.sim import SimNode
 from arjuna_sim.nodes.sim_config import SimConfig
 from tests.helpers.ros import RosBench
@@ -174,6 +176,28 @@ def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: P
     transforms = bench.collect(TFMessage, "/tf")
     run(bench, sim, 3)
     assert (len(odom), len(transforms)) == (3, 0)
+
+
+@pytest.mark.parametrize(
+    ("system", "marks", "frames"),
+    [
+        ("gz::sim::systems::DiffDrive", ("",), 0),
+        ("gz::sim::systems::DiffDrive", ("", "/tf"), 60),
+        ("gz::sim::systems::DiffDrive", (), 60),
+        ("skid_steer_drive", ("",), 60),
+    ],
+)
+def test_gazebo_sim_s_transform_comes_where_a_bridge_hands_it_on(
+    bench: RosBench, tmp_path: Path, system: str, marks: tuple[str, ...], frames: int
+) -> None:
+    """Beside a filter's, as their authors mean it, odometry had two parents in turn."""
+    robot = _robot(tmp_path, ('name="skid_steer_drive"', f'name="{system}"'))
+    sim = start_sim(bench, robot=robot)
+    for mark in marks:
+        bench.node.create_publisher(Empty, f"{BRIDGES}{mark}", qos.DEFAULT)
+    transforms, odom = bench.collect(TFMessage, "/tf"), bench.collect(Odometry, "/odom")
+    run(bench, sim, 60)
+    assert (len(odom), len(transforms)) == (60, frames)
 
 
 def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) -> None:

@@ -13,8 +13,9 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import transform_msg
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.settings import BRIDGES
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.bridge import Bridged, Relay, bridged, simulated
+from bringup.ros2.programs.bridge import Bridged, Relay, bridged, marks, simulated
 from bringup.ros2.programs.relays import relayed
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
@@ -132,6 +133,17 @@ def test_arguments_and_remappings_are_read() -> None:
     ]
     with pytest.raises(Ros2Error, match="'/scan' is no topic"):
         list(bridged(["/scan"]))
+
+
+def test_a_bridge_says_whether_it_hands_transforms_on() -> None:
+    def said(*words: str) -> list[str]:
+        return marks(list(bridged(list(words))))
+
+    odom = "/odom@nav_msgs/msg/Odometry[gz.msgs.Odometry"
+    assert said() == []
+    assert said(odom, "/tf@tf2_msgs/msg/TFMessage]gz.msgs.Pose_V") == [BRIDGES]
+    frames = "/model/bot/tf@tf2_msgs/msg/TFMessage[gz.msgs.Pose_V"
+    assert said(odom, frames) == [BRIDGES, f"{BRIDGES}/tf"]
 
 
 def test_services_of_a_bridge_are_the_simulators_and_topics_beside_them_work(
