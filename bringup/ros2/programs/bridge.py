@@ -60,10 +60,10 @@ class Bridged(NamedTuple):
 def bridged(words: list[str]) -> Iterator[Bridged]:
     """Yield what a bridge's arguments and its `config_file` say.
 
-    Of services those that the simulator answers: others are printed.
+    Of services those that the simulator answers: others are printed, as are entries that are none.
 
     Raises:
-        Ros2Error: An argument or an entry is none.
+        Ros2Error: An argument is none.
     """
     given = ros_arguments(words)
     space = given.remapped.get("__ns", "").rstrip("/")
@@ -94,7 +94,8 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
         if not ros or not gz or not names.get("ros_type_name"):
             problem = "needs ros_topic_name, gz_topic_name (or topic_name) and ros_type_name"
-            raise Ros2Error(f"{config}: the entry {entry} {problem}")
+            print(f"{config}: left out: the entry {entry} {problem}", flush=True)
+            continue
         if expands.lower() == "true" and not gz.startswith("/"):
             gz = f"{space}/{gz}"
         direction = str(names.get("direction", "BIDIRECTIONAL"))
