@@ -172,6 +172,7 @@ class SensorSettings:
         name: Its name in the file.
         pose: Its pose in the link.
         serves: Whether it may be the first of a primary kind.
+        is_named: Whether its file names its topic, which is its own then, wherever it stands.
     """
 
     TITLE: ClassVar[str] = "sensor"
@@ -186,6 +187,7 @@ class SensorSettings:
     name: str = ""
     pose: Pose3 = ORIGIN
     serves: bool = True
+    is_named: bool = False
 
     @property
     def site(self) -> str:
