@@ -13,7 +13,7 @@ from xml.etree.ElementTree import Element, SubElement  # parsing is defusedxml's
 from arjuna_core.errors import InputFileError
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_sim.files.sdf.frames import raw_pose
-from arjuna_sim.files.tag_text import text_of, topic, value
+from arjuna_sim.files.tag_text import remappings, text_of, topic, value
 from arjuna_sim.files.xml_file import XmlFile
 
 RATE_MAX = 1000.0
@@ -101,11 +101,13 @@ class SensorTag:
             pose = raw_pose(self.xml, self.element, self.label)
         if lens is not None:
             pose = pose @ raw_pose(self.xml, lens, self.label)
+        tags = ("topicname", "topic", "rostopic")
         return {
             "link": self.link,
             "frame": self.frame,
             "rate": self._rate(rate),
-            "topic": topic(self.element, topic_name, "~/out", "topicname", "topic", "rostopic"),
+            "topic": topic(self.element, topic_name, "~/out", *tags),
+            "is_named": bool(text_of(self.element, *tags) or list(remappings(self.element))),
             "name": (self.name or "sensor").strip(),
             "pose": pose,
         }

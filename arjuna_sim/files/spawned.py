@@ -45,7 +45,7 @@ _ASSET_FAULTS = {
 _PARTS_MAX = 2000
 
 
-def read_entity(uri: str, text: str, library: Library) -> Entity:
+def read_entity(uri: str, text: str, library: Library, drives: bool = False) -> Entity:
     """Read what a client asks to spawn, named as its file names it, standing at the origin.
 
     A primitive such as `box:0.4,0.4,1` stands on its origin and is held where it is put;
@@ -54,6 +54,7 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     Args:
         uri: A primitive, or a file's path or URI; may be empty.
         text: The file's content, where there is no URI.
+        drives: Whether it is a robot that drives, whose file may refer to what is not there.
 
     Raises:
         ResourceError: It cannot be read or is nothing that can be spawned.
@@ -61,7 +62,7 @@ def read_entity(uri: str, text: str, library: Library) -> Entity:
     primitive = _PRIMITIVE.fullmatch(uri.strip())
     if primitive is not None:
         return _primitive(*primitive.groups())
-    return _read_text(*_content(uri, text, library), library)
+    return _read_text(*_content(uri, text, library), library, drives)
 
 
 def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
@@ -70,7 +71,7 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
     An SDF model drives where it has a plugin for it, a URDF also where its wheels are found.
 
     Args:
-        uri: As `read_entity` takes it, which has to accept it.
+        uri: As `read_entity` takes it, which has the word on what else is wrong with it.
 
     Raises:
         ResourceError: A file that names a drive cannot be read as a robot.
@@ -93,7 +94,7 @@ def read_driven(uri: str, text: str, library: Library) -> RobotModel | None:
 def _content(uri: str, text: str, library: Library) -> tuple[Path, str]:
     """Return the text that a client names or sends, and where it is from."""
     if not uri.strip():
-        return library.folder / "resource_string", text
+        return library.folder / "resource_string", sent_text(text)
     path = library.find(uri.strip(), (".sdf", ".urdf"))
     try:
         return path, read_bytes(path, BYTES_MAX).decode("utf-8", "replace")
@@ -136,25 +137,25 @@ def _numbers(text: str | None, count: int, what: str) -> tuple[float, ...]:
     return values
 
 
-def _read_text(path: Path, text: str, library: Library) -> Entity:
-    root = root_tag(sent_text(text).encode())
+def _read_text(path: Path, text: str, library: Library, drives: bool) -> Entity:
+    root = root_tag(text.encode())
     if not root:
         problem = f"holds neither <sdf> nor <robot>; valid formats: {', '.join(FORMATS)}"
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
     read = _read_sdf if root == "sdf" else _read_urdf
     try:
-        return read(path, text.encode(), library)
+        return read(path, text.encode(), library, drives)
     except (InputFileError, ValueError) as error:
         raise ResourceError(Fault.RESOURCE_PARSE_ERROR, str(error)) from error
 
 
-def _read_sdf(path: Path, text: bytes, library: Library) -> Entity:
+def _read_sdf(path: Path, text: bytes, library: Library, drives: bool) -> Entity:
     xml = XmlFile(path, "sdf", WorldError, text, library.search)
     if xml.root.find("world") is not None:
         problem = "holds a <world>, which load_world takes; valid: one <model> or <actor>"
         raise ResourceError(Fault.UNSUPPORTED_FORMAT, problem)
     world = read_world(xml)
-    undrawn = _undrawn(world.notes)
+    undrawn = _undrawn(world.notes, drives)
     if len(xml.root.findall("model")) + len(xml.root.findall("actor")) != 1:
         raise xml.fail("sdf", "must hold one <model> or one <actor>")
     if world.actors:
@@ -204,10 +205,10 @@ def _moving(entity: Entity, as_in: Movable) -> Entity:
     return dataclasses.replace(entity, hinge=hinge, floats=floats, self_collides=touches)
 
 
-def _read_urdf(path: Path, text: bytes, library: Library) -> Entity:
+def _read_urdf(path: Path, text: bytes, library: Library, drives: bool) -> Entity:
     xml = XmlFile(path, "robot", RobotError, text, library.search)
     urdf = read_urdf(xml)
-    undrawn = _undrawn(xml.notes)
+    undrawn = _undrawn(xml.notes, drives)
     robot = entity_of_robot(urdf)
     if not robot.solid and not robot.drawn:
         raise xml.fail(f"robot '{urdf.name}'", "has neither <collision> nor <visual>")
@@ -231,9 +232,14 @@ def _entity(name: str, solid: tuple[Part, ...], drawn: tuple[Part, ...], mass: f
     )
 
 
-def _undrawn(notes: Iterable[Note]) -> tuple[str, ...]:
-    """Return what is not drawn, which Gazebo leaves out too; anything else left out is refused."""
-    check_assets(note for note in notes if note.of != "visual")
+def _undrawn(notes: Iterable[Note], drives: bool) -> tuple[str, ...]:
+    """Return what is not drawn, which Gazebo leaves out too.
+
+    Anything else that is left out is refused, but of a robot that drives: the first one of a file
+    starts so (`sim --robot`), and so do those that are spawned beside it.
+    """
+    if not drives:
+        check_assets(note for note in notes if note.of != "visual")
     return tuple(note.text for note in notes if note.of == "visual")
 
 

@@ -19,10 +19,14 @@ OUTPUTS = (
     *("max_deceleration", "max_jerk", "max_turn_deceleration", "max_turn_jerk"),
     *("max_turn_acceleration", "command_timeout", "rate", "command_topic", "odometry_topic"),
     *("odometry_frame", "base_frame", "from_world", "begins_in_world", "stamped", "publishes"),
+    "is_bridged",
 )
 """Fields of a drive that do not depend on its wheels."""
 WHEEL_ODOMETRY = "wheel_odom"
 """The topic on which a filter of wheels and gyro hears the wheels."""
+BRIDGES = "/_bridges"
+"""A topic that each bridge to Gazebo Sim's topics advertises; below it `/tf`, if it hands that on.
+"""
 S = TypeVar("S", bound="SensorSettings")
 
 
@@ -69,6 +73,7 @@ class DriveSettings:
             launch files start: Classic's drives take it from there unless told otherwise.
         stamped: Whether commands are TwistStamped.
         publishes: Which outputs are on, by name (`odom`, `odom_tf`, `wheel_tf`, `joint_states`).
+        is_bridged: Whether it is Gazebo Sim's, whose transform ROS sees where a bridge hands it on.
         kind: How the wheels move the robot.
         grips: For each wheel, where wheels have rollers, the unit vector along which they grip, in
             the root's frame; across it they roll.
@@ -105,6 +110,7 @@ class DriveSettings:
     begins_in_world: bool = False
     stamped: bool = False
     publishes: tuple[str, ...] = ("odom", "odom_tf")
+    is_bridged: bool = False
     kind: DriveKind = DriveKind.SIDES
     grips: tuple[tuple[float, float], ...] = ()
     steering: tuple[str, ...] = ()
@@ -146,6 +152,7 @@ class DriveSettings:
             stamped=False,
             odometry_topic="odom",
             odometry_frame="odom",
+            is_bridged=False,
             publishes=tuple(dict.fromkeys((*self.publishes, "odom", "odom_tf"))),
         )
 
@@ -165,6 +172,7 @@ class SensorSettings:
         name: Its name in the file.
         pose: Its pose in the link.
         serves: Whether it may be the first of a primary kind.
+        is_named: Whether its file names its topic, which is its own then, wherever it stands.
     """
 
     TITLE: ClassVar[str] = "sensor"
@@ -179,6 +187,7 @@ class SensorSettings:
     name: str = ""
     pose: Pose3 = ORIGIN
     serves: bool = True
+    is_named: bool = False
 
     @property
     def site(self) -> str:

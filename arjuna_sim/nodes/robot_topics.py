@@ -28,7 +28,7 @@ from arjuna_sim.driven_robot import Observation
 from arjuna_sim.inputs import needs_fusion
 from arjuna_sim.model.optical import sensor_frame
 from arjuna_sim.model.robot import RobotModel
-from arjuna_sim.model.settings import DriveSettings, GazeboSettings
+from arjuna_sim.model.settings import BRIDGES, DriveSettings, GazeboSettings
 from arjuna_sim.nodes.messages import WORLD, imu_msg, joint_state_msg, odometry_msg, truth_msg
 from arjuna_sim.nodes.sim_config import SimConfig
 from arjuna_sim.physics.contacts import ContactLog
@@ -97,14 +97,16 @@ def _with_frames(settings: GazeboSettings, robot: RobotModel) -> GazeboSettings:
 
 
 def _base_frame(robot: RobotModel) -> str:
-    """Return the root link, behind what its file puts before all names, as `robot1/`.
+    """Return the root link where a drive's file names one of the robot's, else what it names.
 
-    Somebody else's robot_state_publisher puts it there too (`frame_prefix`).
+    Somebody else's robot_state_publisher describes the robot, and may put a name before all links
+    (`frame_prefix`), as `robot1/`, or know links that this file has not.
     """
     named, links = robot.drive.base_frame, robot.urdf.links
     prefix, _, link = named.rpartition("/")
-    is_prefixed = bool(prefix) and link in links and named not in links
-    return f"{prefix}/{robot.urdf.root}" if is_prefixed else robot.urdf.root
+    if not named or named in links:
+        return robot.urdf.root
+    return f"{prefix}/{robot.urdf.root}" if prefix and link in links else named
 
 
 class RobotTopics:
@@ -142,6 +144,8 @@ class RobotTopics:
         self._odom_due = _slower(often if self.is_fused else rate, config.tick)
         self._tf_due = _slower(often, config.tick)
         self._joints_due = _slower(settings.report_rate, config.tick)
+        self._bridges_due = Periodic(0.5)  # [s] between two looks at the graph
+        self._is_seen = True
 
     def _create_publishers(self, node: ManagedNode) -> None:
         """Advertise what the robot has: who looks for a topic finds no empty one."""
@@ -202,11 +206,26 @@ class RobotTopics:
         elif self._begins_in_world:
             estimate = self._in_world(estimate, observation.truth.pose)
         frame = drive.odometry_frame
-        if moves and "odom_tf" in drive.publishes:
+        if moves and "odom_tf" in drive.publishes and self._is_handed_on(now):
             T = transform_msg(estimate.T_odom_base, frame, self._base, now)
             self._tf_out.publish(transforms_msg(T))
         if is_due and "odom" in drive.publishes:
             self._odom_out.publish(odometry_msg(estimate, frame, self._base, now))
+
+    def _is_handed_on(self, now: float) -> bool:
+        """Return whether ROS sees the transform of odometry at a time [s].
+
+        In Gazebo Sim it is a topic as others are: where bridges are, and none of them hands it on,
+        a filter or a node of the user's publishes it.
+        """
+        if self.drive.is_bridged and self._bridges_due.due(now):
+            count, before = self._node.count_publishers, self._is_seen
+            self._is_seen = not count(BRIDGES) or count(f"{BRIDGES}/tf") > 0
+            if before and not self._is_seen:
+                frames = f"{self.drive.odometry_frame} -> {self._base}"
+                reason = f"{frames} is left to others, as no bridge hands Gazebo's transforms on"
+                self._node.get_logger().info(reason)
+        return self._is_seen
 
     def _in_world(self, estimate: OdometryEstimate, pose: SE2) -> OdometryEstimate:
         """Return odometry that began at the robot's pose in the world, where it was put."""

@@ -119,12 +119,13 @@ class SlamOutput:
             self._entropy.publish(Float64(data=update.entropy))
 
     def broadcast(self) -> None:
-        """Broadcast map -> odom."""
-        if self._update is None or self._stamp <= self._broadcast_stamp:
-            return  # a stamp sent twice is an error to tf2
-        self._broadcast_stamp = self._stamp
+        """Broadcast map -> odom, once for each time that it is dated: to tf2 twice is an error."""
         c = self._node.config
-        dated = (self._node.now if c.restamp_tf else self._stamp) + c.transform_timeout
+        stamp = self._node.now if c.restamp_tf else self._stamp
+        if self._update is None or stamp <= self._broadcast_stamp:
+            return
+        self._broadcast_stamp = stamp
+        dated = stamp + c.transform_timeout
         transform = transform_msg(self._update.T_map_odom, c.map_frame, c.odom_frame, dated)
         self._tf.publish(transforms_msg(transform))
 

@@ -231,7 +231,11 @@ def remedy(urdf: Urdf, sensor: str, link: str) -> str:
 def with_primary_first(
     xml: XmlFile, urdf: Urdf, sensors: Sequence[SensorSettings]
 ) -> Iterator[SensorSettings]:
-    """Yield sensors, the primary ones first, each with a name and a topic of its own."""
+    """Yield sensors, the primary ones first, each with a name and a topic of its own.
+
+    One whose file names its topic has it before one that has it for want of a name.
+    """
+    sensors = sorted(sensors, key=lambda sensor: not sensor.is_named)
     chosen = [s for choose in sensor_kinds().choices if (s := choose(sensors, urdf)) is not None]
     further = [s for s in sensors if not any(s is other for other in chosen)]
     names: set[str] = set()

@@ -259,6 +259,7 @@ def with_outputs(xml: XmlFile, plugin: Element, drive: DriveSettings) -> DriveSe
         begins_in_world=not source and is_classic(plugin),
         stamped=flag(plugin, False, "stamped"),
         publishes=tuple(key for key, (on, names) in _OUTPUTS.items() if flag(plugin, on, *names)),
+        is_bridged="::systems::" in plugin.get("name", ""),
     )
 
 

@@ -21,6 +21,7 @@ from arjuna_sim.files.library import ResourceError
 from arjuna_sim.files.spawned import read_driven, read_entity
 from arjuna_sim.files.xml_file import root_tag
 from arjuna_sim.model.entities import BlockedPoseError, Entity, EntityError
+from arjuna_sim.model.notes import gathered
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.model.world import Trajectory
 from arjuna_sim.nodes.fleet import NamespaceError
@@ -183,15 +184,16 @@ class EntityServices:
             raise RequestError(codes.NAMESPACE_INVALID, problem)
         what = request.entity_resource.uri, request.entity_resource.resource_string
         try:
-            entity = read_entity(*what, self._host.library)
-            is_static = entity.mass == 0.0 or entity.trajectory is not None
-            robot = None if is_static else read_driven(*what, self._host.library)
+            robot = read_driven(*what, self._host.library)
+            entity = read_entity(*what, self._host.library, drives=robot is not None)
         except ResourceError as error:
             raise resource_error(codes, error) from error
         name = self._free_name(request.name or entity.name, request.allow_renaming)
         start = request.initial_pose
         pose = self._known.pose(start.header.frame_id, start.pose, codes.INVALID_POSE)
-        for text in entity.notes:
+        if entity.mass == 0.0 or entity.trajectory is not None:
+            robot = None
+        for text in entity.notes if robot is None else gathered(robot.notes):
             self._host.get_logger().warning(f"'{name}': {text}")
         if robot is None:
             self._put(lambda: self._host.simulator.stage.spawn(placed(entity, name, pose)))

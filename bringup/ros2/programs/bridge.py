@@ -17,6 +17,7 @@ from arjuna_core.ros.context import class_of
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.model.entities import POSES
+from arjuna_sim.model.settings import BRIDGES
 from bringup.ros2.client import Client, absolute
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
@@ -60,10 +61,10 @@ class Bridged(NamedTuple):
 def bridged(words: list[str]) -> Iterator[Bridged]:
     """Yield what a bridge's arguments and its `config_file` say.
 
-    Of services those that the simulator answers: others are printed.
+    Of services those that the simulator answers: others are printed, as are entries that are none.
 
     Raises:
-        Ros2Error: An argument or an entry is none.
+        Ros2Error: An argument is none.
     """
     given = ros_arguments(words)
     space = given.remapped.get("__ns", "").rstrip("/")
@@ -94,7 +95,8 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
         ros, gz = (str(names.get(f"{side}_topic_name", topic)) for side in ("ros", "gz"))
         if not ros or not gz or not names.get("ros_type_name"):
             problem = "needs ros_topic_name, gz_topic_name (or topic_name) and ros_type_name"
-            raise Ros2Error(f"{config}: the entry {entry} {problem}")
+            print(f"{config}: left out: the entry {entry} {problem}", flush=True)
+            continue
         if expands.lower() == "true" and not gz.startswith("/"):
             gz = f"{space}/{gz}"
         direction = str(names.get("direction", "BIDIRECTIONAL"))
@@ -140,6 +142,16 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
     return None
 
 
+def marks(topics: list[Bridged]) -> list[str]:
+    """Return the topics by which the simulator knows what is bridged, as `BRIDGES` says."""
+    own = [BRIDGES] if topics else []
+    hands_on = any(
+        "TFMessage" in t.kind and t.direction != "ROS_TO_GZ" and not POSES.fullmatch(t.gz)
+        for t in topics
+    )
+    return [*own, f"{BRIDGES}/tf"] if hands_on else own
+
+
 class Relay:
     """Hands a topic's messages on, raw or not, under another name while somebody wants them."""
 
@@ -177,6 +189,8 @@ def main(words: list[str]) -> None:
     with Client(name="ros_gz_bridge", words=["--ros-args", *own]) as client:
         for service in services:  # the simulator has those that a client asks for
             client.node.create_client(class_of(service.kind), service.ros)
+        for name in marks(waiting):
+            client.node.create_publisher(class_of("std_msgs/msg/Empty"), name, qos.DEFAULT)
         client.discover()
         while True:
             found = {topic: known for topic in waiting if (known := simulated(client.node, topic))}

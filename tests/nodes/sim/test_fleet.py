@@ -159,6 +159,19 @@ def test_frames_that_a_file_puts_a_name_before_are_in_all_robots_transforms(
         assert ("bob/odom", "bob/base_footprint") in frames
 
 
+@pytest.mark.parametrize("shape", ['box size="0 0 0"', 'mesh filename="lost.stl"'])
+def test_what_a_driving_robot_s_file_lacks_is_left_out_as_at_the_start(
+    bench: RosBench, shape: str, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """Of two robots of a launch file the one that was spawned first started, the other not."""
+    start_sim(bench, world=WORLD)
+    lacking = f'<link name="eye"><collision><geometry><{shape}/></geometry></collision></link>'
+    joint = '<joint name="e" type="fixed"><parent link="base_link"/><child link="eye"/></joint>'
+    text = BURGER.replace("</robot>", f"{lacking}{joint}</robot>")
+    assert spawn(bench, "bob", uri="", text=text).result.result == OK
+    assert "'bob': link 'eye' collision" in capfd.readouterr().err
+
+
 def test_a_spawned_robot_s_file_can_be_asked_for(bench: RosBench) -> None:
     start_sim(bench, world=WORLD)
     assert spawn(bench, "bob", uri="", text=BURGER).result.result == OK

@@ -9,12 +9,14 @@ from geometry_msgs.msg import Twist
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from sensor_msgs.msg import Imu, JointState, LaserScan
+from std_msgs.msg import Empty
 from tf2_msgs.msg import TFMessage
 
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import seconds
 from arjuna_sim.model.robot import SOLO
+from arjuna_sim.model.settings import BRIDGES
 from arjuna_sim.nodes.sim import SimNode
 from arjuna_sim.nodes.sim_config import SimConfig
 from tests.helpers.ros import RosBench
@@ -55,6 +57,27 @@ def test_topics_and_frame_of_the_file_are_used(bench: RosBench, tmp_path: Path) 
     assert odom[-1].header.frame_id == "wheel_odom"
     assert odom[-1].twist.twist.linear.x > 0.3
     assert transforms[-1].transforms[0].header.frame_id == "wheel_odom"
+
+
+@pytest.mark.parametrize(
+    ("named", "described", "frame"),
+    [
+        ("base_link", True, "base_footprint"),
+        ("r1/base_link", True, "r1/base_footprint"),
+        ("r1/chassis", True, "r1/chassis"),
+        ("r1/chassis", False, "base_footprint"),
+    ],
+)
+def test_a_base_frame_that_is_no_link_of_the_file_is_somebody_else_s(
+    bench: RosBench, tmp_path: Path, named: str, described: bool, frame: str
+) -> None:
+    """Of whoever publishes the robot's description; else it is the root link."""
+    tag = "robotBaseFrame"
+    robot = _robot(tmp_path, (f"<{tag}>base_footprint<", f"<{tag}>{named}<"))
+    sim = start_sim(bench, robot=robot, frames_of_file=described)
+    odom, transforms = bench.collect(Odometry, "/odom"), bench.collect(TFMessage, "/tf")
+    run(bench, sim, 2)
+    assert {odom[-1].child_frame_id, transforms[-1].transforms[0].child_frame_id} == {frame}
 
 
 def test_standard_topics_can_be_asked_for(bench: RosBench, tmp_path: Path) -> None:
@@ -153,6 +176,28 @@ def test_flags_of_the_file_switch_the_transform_off(bench: RosBench, tmp_path: P
     transforms = bench.collect(TFMessage, "/tf")
     run(bench, sim, 3)
     assert (len(odom), len(transforms)) == (3, 0)
+
+
+@pytest.mark.parametrize(
+    ("system", "marks", "frames"),
+    [
+        ("gz::sim::systems::DiffDrive", ("",), 0),
+        ("gz::sim::systems::DiffDrive", ("", "/tf"), 60),
+        ("gz::sim::systems::DiffDrive", (), 60),
+        ("skid_steer_drive", ("",), 60),
+    ],
+)
+def test_gazebo_sim_s_transform_comes_where_a_bridge_hands_it_on(
+    bench: RosBench, tmp_path: Path, system: str, marks: tuple[str, ...], frames: int
+) -> None:
+    """Beside a filter's, as their authors mean it, odometry had two parents in turn."""
+    robot = _robot(tmp_path, ('name="skid_steer_drive"', f'name="{system}"'))
+    sim = start_sim(bench, robot=robot)
+    for mark in marks:
+        bench.node.create_publisher(Empty, f"{BRIDGES}{mark}", qos.DEFAULT)
+    transforms, odom = bench.collect(TFMessage, "/tf"), bench.collect(Odometry, "/odom")
+    run(bench, sim, 60)
+    assert (len(odom), len(transforms)) == (60, frames)
 
 
 def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) -> None:

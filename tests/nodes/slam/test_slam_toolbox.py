@@ -60,6 +60,17 @@ def test_transforms_are_dated_past_their_scan_and_never_twice(robot: Robot) -> N
     assert {t.child_frame_id for t in robot.transforms} == {"odom"}
 
 
+def test_restamped_transforms_come_at_their_own_rate_and_not_the_lidar_s(robot: Robot) -> None:
+    started(robot, restamp_tf=True, transform_publish_period=0.02)
+    robot.drive(3)
+    before = len(robot.transforms)
+    for _ in range(50):  # no scan comes
+        robot.bench.advance(0.02)
+    stamps = [seconds(t.header.stamp) for t in robot.transforms[before:]]
+    assert len(stamps) == len(set(stamps)) == 50
+    assert stamps[-1] == pytest.approx(robot.bench.process.now + 0.2, abs=0.02)
+
+
 @pytest.mark.parametrize("left_out", [{"minimum_time_interval": 0.5}, {"throttle_scans": 4}])
 def test_transforms_are_dated_past_scans_that_are_left_out(
     robot: Robot, left_out: dict[str, float]

@@ -13,8 +13,9 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros.convert import transform_msg
 from arjuna_core.se2 import SE2
+from arjuna_sim.model.settings import BRIDGES
 from bringup.ros2.errors import Ros2Error
-from bringup.ros2.programs.bridge import Bridged, Relay, bridged, simulated
+from bringup.ros2.programs.bridge import Bridged, Relay, bridged, marks, simulated
 from bringup.ros2.programs.relays import relayed
 from bringup.ros2.programs.static_transform_publisher import parse
 from bringup.ros2.programs.tf2_echo import lines
@@ -134,6 +135,18 @@ def test_arguments_and_remappings_are_read() -> None:
         list(bridged(["/scan"]))
 
 
+def test_a_bridge_says_whether_it_hands_transforms_on() -> None:
+    def said(*words: str) -> list[str]:
+        return marks(list(bridged(list(words))))
+
+    odom = "/odom@nav_msgs/msg/Odometry[gz.msgs.Odometry"
+    assert said() == []
+    assert said(odom, "/tf@tf2_msgs/msg/TFMessage]gz.msgs.Pose_V") == [BRIDGES]
+    frames = "/model/bot/tf@tf2_msgs/msg/TFMessage[gz.msgs.Pose_V"
+    assert said(odom, frames) == [BRIDGES, f"{BRIDGES}/tf"]
+    assert said(odom, "/model/bot/pose@tf2_msgs/msg/TFMessage[gz.msgs.Pose_V") == [BRIDGES]
+
+
 def test_services_of_a_bridge_are_the_simulators_and_topics_beside_them_work(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -158,17 +171,19 @@ def test_names_below_the_bridge_s_namespace(tmp_path: Path) -> None:
         assert list(bridged(words)) == [Bridged(gz, "/a/scan", STRING, "BIDIRECTIONAL")]
 
 
-def test_file_is_read(tmp_path: Path) -> None:
+def test_file_is_read_but_for_entries_that_are_none(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
     path = tmp_path / "bridge.yaml"
-    path.write_text(CONFIG)
+    path.write_text(f"- ros topic_name: /imu\n{CONFIG}- none\n")
     words = ["--ros-args", "-p", f"config_file:={path}"]
     assert list(bridged(words)) == [
         Bridged("/scan", "/front/scan", STRING, "GZ_TO_ROS"),
         Bridged("/chatter", "/chatter", STRING, "BIDIRECTIONAL"),
     ]
-    path.write_text("- ros_topic_name: a\n")
-    with pytest.raises(Ros2Error, match="needs ros_topic_name, gz_topic_name"):
-        list(bridged(words))
+    said = capsys.readouterr().out.splitlines()
+    assert len(said) == 2
+    assert "left out: the entry {'ros topic_name': '/imu'} needs ros_topic_name, gz_to" in said[0]
 
 
 def test_messages_come_under_the_other_name_while_somebody_listens(bench: RosBench) -> None:

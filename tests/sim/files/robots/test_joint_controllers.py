@@ -6,12 +6,14 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from defusedxml.ElementTree import fromstring
 
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.devices.sensors.navsat import NavSatSettings
 from arjuna_sim.files.robots.gazebo import with_primary_first
 from arjuna_sim.files.robots.robot_file import load_robot
+from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import ControllerKind, Gains
 from arjuna_sim.model.robot import RobotModel
@@ -147,6 +149,19 @@ def test_sensors_of_one_name_are_numbered_and_of_one_topic_get_their_own() -> No
         "sensor 'imu_2': publishes on imu_2/data, since imu/data is another's",
         "sensor 'imu_3': publishes on imu_3/data, since /imu/data is another's",
     ]
+
+
+def test_who_names_a_topic_has_it_before_who_has_it_for_want_of_a_name() -> None:
+    found = settle(urdf_file(), [replace(IMU, name="lazy"), replace(IMU, is_named=True)])
+    assert found.first(ImuSettings) == replace(IMU, is_named=True)
+    assert named(found.further) == [("lazy", "lazy/data")]
+
+
+@pytest.mark.parametrize(("tag", "is_named"), [("", False), ("<topic>imu/data</topic>", True)])
+def test_a_sensor_s_tag_says_whether_it_names_its_topic(tag: str, is_named: bool) -> None:
+    sensor = fromstring(f'<sensor name="s" type="imu">{tag}</sensor>')
+    mount = SensorTag(urdf_file(), sensor, "base").mount(50.0, "imu/data")
+    assert (mount["topic"], mount["is_named"]) == ("imu/data", is_named)
 
 
 def test_names_and_topics_of_their_own_are_kept() -> None:
