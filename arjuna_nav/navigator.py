@@ -44,9 +44,9 @@ class NavigatorConfig:
         0.9, "Length of a path against the old that is clearly shorter."
     )
     blocked_memory: float = duration_param(
-        20.0, "How long another path than one that was blocked is kept by `blocked_ratio`."
+        20.0, "How long a path along one that was blocked is compared by `blocked_ratio`."
     )
-    blocked_ratio: float = share_param(0.7, "`shorter_ratio` of that time.")
+    blocked_ratio: float = share_param(0.7, "`shorter_ratio` of such a path.")
     outage_patience: float = duration_param(
         30.0,
         "How long to stand where the robot's pose or its surroundings are not known.",

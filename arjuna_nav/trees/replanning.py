@@ -44,8 +44,8 @@ class IsPathPreferred(Condition):
 
     It fails where the new path is nearly the same, driven ahead and back in the same parts, or
     clearly shorter, where the robot has left the old one, and where that leads to another goal or
-    is blocked. For a while then only a much shorter one counts: a narrow gap that is seen open from
-    one side and blocked from the other would be left and taken again for ever.
+    is blocked. One along a path that was blocked a while ago has to be much shorter: a narrow gap
+    that is seen open from one side and blocked from the other would be left and taken for ever.
     """
 
     path = Port(PATH, None)
@@ -55,13 +55,13 @@ class IsPathPreferred(Condition):
     free = Port(TRUTH, True)
     blocked_memory = Port(NUMBER, 20.0)
     blocked_ratio = Port(NUMBER, 0.7)
-    _blocked = -math.inf
+    _blocked_at = -math.inf
 
     def _holds(self) -> bool:
         old, new, pose = self.path, self.new_path, self.tree.state.pose
         now, goal_came = self.tree.state.now, self.tree.blackboard.entry("goal").written
-        if old is not None and not self.free:
-            self._blocked = now
+        if old is not None and pose is not None and not self.free:
+            self._blocked_at, self._blocked = now, paths.ahead(old, pose)
             return False
         if old is None or pose is None or goal_came > self.named_entry("path").written:
             return False
@@ -71,7 +71,8 @@ class IsPathPreferred(Condition):
         alike = paths.directions(rest) in ([], paths.directions(new))
         if beside > most or (alike and paths.deviation(new, rest) <= most):
             return False
-        doubtful = now - self._blocked <= self.blocked_memory
+        remembered = now - self._blocked_at <= self.blocked_memory
+        doubtful = remembered and paths.deviation(self._blocked, new) <= most
         ratio = self.blocked_ratio if doubtful else self.shorter_ratio
         return bool(paths.length(new) > ratio * (beside + paths.length(rest)))
 

@@ -84,18 +84,29 @@ def test_a_path_is_left_for_one_that_is_clearly_shorter(length: int, preferred: 
     assert play.tick() is preferred
 
 
-@pytest.mark.parametrize(("later", "preferred"), [(1.0, SUCCESS), (21.0, FAILURE)])
-def test_a_gap_that_was_blocked_is_not_taken_again_at_once(later: float, preferred: Status) -> None:
+@pytest.mark.parametrize(
+    ("later", "aside", "poses", "preferred"),
+    [
+        (1.0, 0.1, 46, SUCCESS),
+        (21.0, 0.1, 46, FAILURE),  # forgotten
+        (1.0, 1.0, 46, FAILURE),  # another way
+        (1.0, 0.1, 61, FAILURE),  # much shorter
+    ],
+)
+def test_a_way_that_was_blocked_is_not_taken_again_at_once(
+    later: float, aside: float, poses: int, preferred: Status
+) -> None:
     play = Play('<IsPathPreferred path="{path}" new_path="{new}" free="{free}"/>', new=DETOUR)
     play.tree.blackboard.set("free", False)
     assert play.tick() is FAILURE  # there is no path that could be blocked
-    for free, length, status in ((True, 34, FAILURE), (False, 41, FAILURE), (True, 34, preferred)):
-        play.tree.blackboard.set("path", STRAIGHT)
-        play.tree.blackboard.set("new", DETOUR[:length])
-        play.tree.blackboard.set("free", free)
-        assert play.tick(dt=later) is status
-    play.tree.blackboard.set("new", DETOUR[:24])
-    assert play.tick() is FAILURE  # much shorter
+    play.tree.blackboard.set("path", STRAIGHT)
+    assert play.tick() is FAILURE
+    other = np.array([[0.1 * k, -1.0, 0.0] for k in range(poses)])
+    beside = STRAIGHT + np.array([0.0, aside, 0.0])
+    play.pose = SE2(0.0, -1.0)
+    for name, value in (("free", True), ("path", other), ("new", beside)):
+        play.tree.blackboard.set(name, value)
+    assert play.tick(dt=later) is preferred
 
 
 def test_a_path_is_kept_where_the_new_one_is_beside_it_but_driven_back() -> None:
