@@ -9,7 +9,7 @@ from xml.etree.ElementTree import Element  # a type alone
 
 from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import read_bytes
-from arjuna_core.files.xml_text import parse_xml
+from arjuna_core.files.xml_text import parse_xml, without_comments
 from arjuna_sim.files import before_sdf
 from arjuna_sim.files.search_path import EscapeError, SearchPath
 from arjuna_sim.model.geometry.shapes import Mesh, Terrain
@@ -28,7 +28,7 @@ def root_tag(text: bytes) -> str:
 
     What its comments speak of does not count.
     """
-    root = re.search(rb"<\s*(sdf|robot)\b", re.sub(rb"<!--.*?-->", b"", text, flags=re.DOTALL))
+    root = re.search(rb"<\s*(sdf|robot)\b", without_comments(text))
     return root.group(1).decode() if root is not None else ""
 
 

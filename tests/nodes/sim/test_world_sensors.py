@@ -20,7 +20,7 @@ from tests.sim.builders import texts
 GROUND = "<include><uri>model://ground_plane</uri></include>"
 BOX = "<collision name='c'><geometry><box><size>.2 .2 .2</size></box></geometry></collision>"
 LIDAR = (
-    "<sensor name='eye' type='gpu_lidar'><pose>0 0 .3 0 0 0</pose><update_rate>10</update_rate>"
+    "<sensor name='eye' type='lidar'><pose>0 0 .3 0 0 0</pose><update_rate>10</update_rate>"
     "{}<lidar><scan><horizontal><samples>3</samples><min_angle>-1.5707963</min_angle>"
     "<max_angle>1.5707963</max_angle></horizontal></scan><range><min>.05</min><max>20</max></range>"
     "</lidar></sensor>"
