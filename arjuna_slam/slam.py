@@ -77,7 +77,7 @@ class Slam(PoseTracker):
         if not self._local.active:
             return self._start(scan, surface, T_odom_base)
         due = self._config.keyframe_due(self._T_odom_keyframe.inverse() @ T_odom_base)
-        match = self._locate(surface, T_odom_base, due)
+        match = self._locate(surface, T_odom_base, due, self._odometry.gap(scan.stamp))
         self._T_anchor_base = match.T_field_base
         self._travel += self._odometry.T_odom_base.distance(T_odom_base)
         self._odometry.advance(scan.stamp, T_odom_base)
@@ -201,7 +201,7 @@ class Slam(PoseTracker):
         self._resumed = None
         return found
 
-    def _locate(self, surface: Surface, T_odom_base: SE2, search: bool) -> Match:
+    def _locate(self, surface: Surface, T_odom_base: SE2, search: bool, gap: float) -> Match:
         delta = self._odometry.motion_to(T_odom_base)
         return self._tracker.locate(
             self._local.reference.field,
@@ -210,6 +210,7 @@ class Slam(PoseTracker):
             delta,
             self._information(delta),
             search,
+            gap,
         )
 
     def _information(self, delta: SE2) -> Floats:

@@ -37,6 +37,10 @@ class LastOdometry:
         """Take the odometry at a scan's stamp [s] for the last."""
         self._stamp, self.T_odom_base = stamp, T_odom_base
 
+    def gap(self, stamp: float) -> float:
+        """Return the time from the last scan to a stamp [s], infinite for the first."""
+        return math.inf if self._stamp is None else stamp - self._stamp
+
     def motion_to(self, T_odom_base: SE2) -> SE2:
         """Return the motion since the last scan."""
         return self.T_odom_base.inverse() @ T_odom_base

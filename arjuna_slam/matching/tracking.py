@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from arjuna_core.arrays import Floats
-from arjuna_core.config import angle_param, length_param, param
+from arjuna_core.config import angle_param, length_param, param, speed_param
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_slam.matching.correlative import Window
 from arjuna_slam.matching.field import Field
@@ -125,6 +125,9 @@ class TrackerConfig(MatcherConfig):
         maximum=10.0,
         theirs=0.0,
     )
+    slip_speed_max: float = speed_param(
+        2.0, "Greatest speed of what is found in a window that was doubled.", minimum=0.01
+    )
     coarse_search_angle_offset: float = angle_param(
         0.349, "Half the angle of a keyframe's window.", maximum=6.3
     )
@@ -164,6 +167,7 @@ class Tracker:
         self._matcher = matcher
         self._trust = Trust()
         self._stretch = Stretch()
+        self._unsure = math.inf  # [s] since a scan matched well
 
     def locate(
         self,
@@ -173,17 +177,21 @@ class Tracker:
         delta: SE2,
         information: Floats,
         search: bool,
+        gap: float = math.inf,
     ) -> Match:
         """Return where a scan lies in a reference.
 
-        `delta` is the motion since the last scan by odometry, with its information; at `search` the
-        window is searched even if tracking succeeds.
+        `delta` is the motion since the last scan by odometry, with its information, `gap` the time
+        since then [s]; at `search` the window is searched even if tracking succeeds.
         """
         prior = T_field_last @ self.stretched(delta)
         if not self._config.use_scan_matching:
             return Match(MatchStatus.MATCHED, prior, invert(information), 0.0)
         held = self._trust.weigh(information)
+        self._unsure += gap
         match = self._match(reference, surface, prior, held, search)
+        if match.status is MatchStatus.MATCHED and match.response >= _SURE:
+            self._unsure = 0.0
         self._trust.judge(prior, match, information, math.hypot(delta.x, delta.y))
         self._stretch.judge(reference, match, delta)
         return match
@@ -203,6 +211,7 @@ class Tracker:
         window, least = self._config.window, self._config.match_minimum_response
         best = self._matcher.match(reference, surface, prior, window, least, information)
         widest = 0.5 * self._config.widest_search_space_dimension
+        reach = max(window.xy, self._config.slip_speed_max * self._unsure)
         while best.response < _SURE and 0.0 < window.xy <= 0.5 * widest:
             # A slip is no less likely for its length, nor the turn of a track width too narrow.
             window = replace(
@@ -213,5 +222,7 @@ class Tracker:
                 angle_penalty=4.0 * window.angle_penalty,
             )
             found = self._matcher.match(reference, surface, prior, window, least, information)
-            best = found if found.response > best.response else best
+            # A scan of the floor, as the robot tips, fits somewhere: no wheels slip so far so fast.
+            if found.response > best.response and prior.distance(found.T_field_base) <= reach:
+                best = found
         return best

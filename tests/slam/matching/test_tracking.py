@@ -158,6 +158,7 @@ class Scripted(ScanMatcher):
     known: Floats = field(default_factory=lambda: KNOWN)
     responses: tuple[float, ...] = (0.6,)  # of its searches; the last one's of all others
     response: float = 0.5  # of what it tracks
+    offset: float = 0.02  # of what it searches [m]
     tracked: list[Any] = field(default_factory=list)
     searched: list[Any] = field(default_factory=list)
 
@@ -168,7 +169,7 @@ class Scripted(ScanMatcher):
     def match(self, *how: Any) -> Match:
         response = self.responses[min(len(self.searched), len(self.responses) - 1)]
         self.searched.append(how)
-        return Match(MatchStatus.MATCHED, how[2] @ SE2(0.02), self.known, response)
+        return Match(MatchStatus.MATCHED, how[2] @ SE2(self.offset), self.known, response)
 
 
 @pytest.mark.parametrize(
@@ -229,6 +230,25 @@ def test_what_matches_badly_is_searched_for_farther_away(
     angles = [0.349 * 2.0**k for k in range(len(searched))]
     assert [how[3].theta for how in scripted.searched] == pytest.approx(angles)
     assert match.response == best
+
+
+@pytest.mark.parametrize(
+    ("gaps", "response"),
+    [
+        ((0.1,), 0.1),
+        ((0.6,), 0.4),
+        ((0.1, 0.1), 0.1),
+        ((0.3, 0.3), 0.4),  # the time since a scan that matched
+    ],
+)
+def test_nothing_slips_far_in_no_time(gaps: tuple[float, ...], response: float) -> None:
+    tracker = Tracker(TrackerConfig(), Scripted())
+    known, field = np.linalg.inv(KNOWN), Field(0.05, 0.05)
+    tracker.locate(field, NOTHING, SE2(), SE2(), known, True, 0.1)
+    for gap in gaps:
+        tracker._matcher = Scripted(responses=(0.1, 0.4), offset=1.0)
+        match = tracker.locate(field, NOTHING, SE2(), SE2(), known, True, gap)
+    assert match.response == response
 
 
 def test_odometry_is_followed_where_scans_shall_not_correct_it() -> None:
