@@ -47,6 +47,7 @@ class Scripted:
         delta: SE2,
         information: Floats,
         search: bool,
+        gap: float = math.inf,
     ) -> Match:
         fails = len(self.searched) in self.failing
         self.searched.append(search)

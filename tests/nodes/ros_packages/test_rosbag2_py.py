@@ -179,6 +179,8 @@ node = rclpy.create_node("plays")
 interrupt = threading.Timer(2.0, os.kill, (os.getpid(), signal.SIGINT))
 try:
     if sys.argv[3] == "during":
+        fast = PlayOptions(rate=1000.0, disable_keyboard_controls=True)
+        rosbag2_py.Player().play(StorageOptions(uri=sys.argv[1]), fast)  # all is imported then
         interrupt.start()
     options = PlayOptions(rate=float(sys.argv[2]), disable_keyboard_controls=True)
     rosbag2_py.Player().play(StorageOptions(uri=sys.argv[1]), options)
