@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 import importlib
 from contextlib import closing
 from pathlib import Path
@@ -62,6 +63,8 @@ def test_training_is_deterministic(tmp_path: Path, monkeypatch: pytest.MonkeyPat
     monkeypatch.setattr(train, "ROBOTS", 2)
     monkeypatch.setattr(train, "STEPS", 16)
     written = []
+    gc.collect()
+    gc.freeze()  # its processes are forked: what other tests left of ROS is not theirs to free
     for seed, name in ((3, "a"), (3, "b"), (4, "c")):
         output = tmp_path / f"{name}.npz"
         options = ["--steps", "64", "--seed", f"{seed}", "--goals", "0"]
