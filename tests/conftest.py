@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import gc
 import os
+import signal
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing
@@ -47,6 +48,11 @@ _LONG = tuple(
     )
 )
 """Files of 12 s of CPU time and more, the longest first: none must be the last on one core."""
+
+
+def pytest_configure() -> None:
+    """Take Ctrl-C, which a script's background job ignores, and so would what tests start."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def pytest_ignore_collect(collection_path: Path) -> bool | None:
