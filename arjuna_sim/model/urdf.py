@@ -74,27 +74,29 @@ class Joint:
 
 @dataclass(frozen=True)
 class Hinge:
-    """One degree of freedom between an entity and the world.
+    """How an entity may move on the world, or on another.
 
     Attributes:
         slides: Whether it slides along the axis rather than turns about it.
-        axis: In the entity's frame, a unit vector.
+        axis: In the entity's frame, a unit vector; None for a ball, which turns about any.
         anchor: A point of the axis in the entity's frame [m].
         limits: Least and greatest position [rad or m], None where unlimited.
         damping: Per speed [N m s/rad or N s/m].
         friction: Dry friction [N m or N].
         stiffness: Of a spring, 0 for none [N m/rad or N/m].
         spring_at: Position at which that is at rest [rad or m].
+        further: A second axis through the anchor, which the first turns, of a universal joint.
     """
 
     slides: bool
-    axis: tuple[float, float, float]
+    axis: tuple[float, float, float] | None
     anchor: tuple[float, float, float] = (0.0, 0.0, 0.0)
     limits: tuple[float, float] | None = None
     damping: float = 0.0
     friction: float = 0.0
     stiffness: float = 0.0
     spring_at: float = 0.0
+    further: Hinge | None = None
 
 
 @dataclass(frozen=True)

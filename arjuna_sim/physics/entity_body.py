@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import itertools
+import math
 from collections.abc import Collection
 from typing import Any
 
@@ -43,11 +44,11 @@ def add_entity(spec: Any, entity: Entity) -> int:
         for geom in add_part(spec, body, part, group, PIECES_MAX if held else PIECES_OF_MOVING)
     ]
     if not held:
+        _set_mass(body, entity)
         if entity.hinge is None:
             body.add_freejoint(name=entity.body)
         else:
             _add_hinge(body, entity.body, entity.hinge)
-        _set_mass(body, entity)
         body.gravcomp = float(entity.floats)
         for geom in geoms:  # it meets the world and its like, as robots do
             geom.conaffinity = geom.contype
@@ -86,14 +87,22 @@ def add_fixture(spec: Any, fixture: Fixture, moving: Collection[str]) -> None:
 
 
 def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
-    kind = mujoco.mjtJoint.mjJNT_SLIDE if hinge.slides else mujoco.mjtJoint.mjJNT_HINGE
-    joint = body.add_joint(name=name, type=kind, axis=hinge.axis, pos=hinge.anchor)
-    # [N m s/rad] A door that was pushed comes to rest.
-    joint.damping[0] = max(hinge.damping, 0.1)
+    """Add a joint, and that of its further axis, to a body whose inertia is set."""
+    if hinge.axis is None:
+        joint = body.add_joint(name=name, type=mujoco.mjtJoint.mjJNT_BALL, pos=hinge.anchor)
+    else:
+        kind = mujoco.mjtJoint.mjJNT_SLIDE if hinge.slides else mujoco.mjtJoint.mjJNT_HINGE
+        joint = body.add_joint(name=name, type=kind, axis=hinge.axis, pos=hinge.anchor)
+    arm = 1.0 if hinge.slides else math.dist(body.ipos, hinge.anchor)
+    inertia = body.mass * arm**2 + (0.0 if hinge.slides else max(body.inertia))
+    # [N m s/rad] A door that was pushed comes to rest; what is light does so within 10 s.
+    joint.damping[0] = max(hinge.damping, min(0.1, 0.1 * inertia))
     joint.frictionloss = hinge.friction
     joint.stiffness[0], joint.springref = hinge.stiffness, hinge.spring_at
     if hinge.limits is not None:
         joint.limited, joint.range = True, hinge.limits
+    if hinge.further is not None:
+        _add_hinge(body, f"{name}/further", hinge.further)
 
 
 def _set_mass(body: Any, entity: Entity) -> None:

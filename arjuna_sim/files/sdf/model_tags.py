@@ -77,7 +77,7 @@ class SdfJoint:
         parent: Path of a link, or `world`.
         child: Path of a link, or `world`.
         T_world: Where it is.
-        T_axis: The frame of its axis.
+        T_axes: The frames of its `<axis>` and its `<axis2>`, as far as it has them.
     """
 
     element: Element
@@ -87,7 +87,7 @@ class SdfJoint:
     parent: str
     child: str
     T_world: Pose3
-    T_axis: Pose3
+    T_axes: tuple[Pose3, ...]
 
     @property
     def name(self) -> str:
@@ -337,10 +337,10 @@ def read_joint(xml: XmlFile, joint: Element, scope: Scope, T_world: Pose3, prefi
         ends.append(name if name == WORLD else prefix + name)
     child = (joint.findtext("child") or "").strip()
     base = scope.find(child) if child != WORLD else Pose3()
-    pose, axis = scope.pose(joint, label, base), joint.find("axis")
-    frame = pose if axis is None else scope.axis(axis, pose)
-    kind = joint.get("type", "?")
-    return SdfJoint(joint, xml, prefix, kind, ends[0], ends[1], T_world @ pose, T_world @ frame)
+    pose, kind = scope.pose(joint, label, base), joint.get("type", "?")
+    axes = (axis for tag in ("axis", "axis2") if (axis := joint.find(tag)) is not None)
+    frames = tuple(T_world @ scope.axis(axis, pose) for axis in axes)
+    return SdfJoint(joint, xml, prefix, kind, ends[0], ends[1], T_world @ pose, frames)
 
 
 def parts_of(links: list[SdfLink]) -> Iterator[tuple[Part, bool]]:

@@ -18,35 +18,42 @@ from arjuna_sim.model.geometry.shapes import Kind
 from arjuna_sim.model.geometry.thickness import numbered
 from arjuna_sim.model.urdf import Hinge
 
+_AXES = {
+    **dict.fromkeys(SWINGING, ("axis",)),
+    **dict.fromkeys(("universal", "revolute2"), ("axis", "axis2")),
+    "ball": (),
+}
+"""Kinds of joints that let a link move, and the tags of their axes."""
 
-def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge:
-    """Read the joint between what swings and what stands fast.
+
+def read_hinge(joint: SdfJoint, link: SdfLink, own: set[str]) -> Hinge | None:
+    """Read the joint between what swings and what stands fast; None if it has no play.
 
     Args:
         link: The link whose frame is that of what swings.
         own: Names of the links that swing.
 
     Raises:
-        WorldError: Its axis or a limit is invalid.
+        WorldError: An axis or a limit is invalid.
     """
     xml, label = joint.file, f"joint '{joint.element.get('name', '?')}'"
-    axis = xml.child(joint.element, "axis", label)
-    toward = np.array(xml.numbers(axis.findtext("xyz") or "0 0 1", 3, f"{label} <xyz>"))
-    length = math.hypot(*toward)
-    if not 0.0 < length < math.inf:
-        raise xml.fail(label, "axis must not be zero")
-    T_link = link.T_world.inverse()
-    along = T_link.rotation() @ joint.T_axis.rotation() @ toward / length
-    x, y, z = T_link.apply(np.array([joint.T_world.position]))[0]
-    sign = 1.0 if joint.child in own else -1.0  # else the parent swings
-    a, b, c = (sign * along).tolist()
-    return Hinge(
-        joint.kind == "prismatic",
-        (a, b, c),
-        (float(x), float(y), float(z)),
-        None if joint.kind == "continuous" else _limits(xml, axis, label),
-        **joint.dynamics(axis),
-    )
+    T_link, swings = link.T_world.inverse(), joint.child in own
+    x, y, z = T_link.apply(np.array([joint.T_world.position]))[0].tolist()
+    axes = [xml.child(joint.element, tag, label) for tag in _AXES[joint.kind]]
+    hinge = None if axes else Hinge(False, None, (x, y, z))
+    order = -1 if swings else 1  # the last axis is the child's; else the parent swings
+    for axis, T_axis in list(zip(axes, joint.T_axes, strict=False))[::order]:
+        toward = np.array(xml.numbers(axis.findtext("xyz") or "0 0 1", 3, f"{label} <xyz>"))
+        length = math.hypot(*toward)
+        if not 0.0 < length < math.inf:
+            raise xml.fail(label, "axis must not be zero")
+        along = (T_link @ T_axis).rotation() @ toward / (length if swings else -length)
+        a, b, c = along.tolist()
+        limits = None if joint.kind == "continuous" else _limits(xml, axis, label)
+        if limits is None or limits[0] < limits[1]:
+            kind, dynamics = joint.kind == "prismatic", joint.dynamics(axis)
+            hinge = Hinge(kind, (a, b, c), (x, y, z), limits, **dynamics, further=hinge)
+    return hinge
 
 
 def _limits(xml: XmlFile, axis: Element, label: str) -> tuple[float, float] | None:
@@ -193,7 +200,7 @@ def _plays(
 ) -> bool:
     """Return whether a joint lets the one of its two links move by the other."""
     joint, one, other = connection
-    is_free = joint.kind in SWINGING and joint.name not in driven
+    is_free = joint.kind in _AXES and joint.name not in driven
     if not is_free or not (links[one].solid and links[other].solid):
         return False
     return _on_hinge(xml, label, [links[other]], [joint], None).hinge is not None
@@ -234,12 +241,11 @@ def _on_hinge(
     if not joints:
         return RigidGroup(links, False)
     kinds = sorted({joint.kind for joint in joints})
-    if len(joints) == 1 and joints[0].kind in SWINGING:
+    if len(joints) == 1 and joints[0].kind in _AXES:
         own = {link.name for link in links}
         with leaving_out(xml, f"{label} joint '{joints[0].element.get('name', '?')}'"):
             hinge = read_hinge(joints[0], links[0], own)
-            is_locked = hinge.limits is not None and hinge.limits[0] >= hinge.limits[1]
-            return RigidGroup(links, is_locked, None if is_locked else hinge, on)
+            return RigidGroup(links, hinge is None, hinge, on)
     else:
         xml.note(f"{label}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
     return RigidGroup(links, True)

@@ -210,8 +210,8 @@ def _add_joint(robot: _Robot, joint: SdfJoint) -> None:
         robot.connect(name, "fixed", parent, child)
         return
     fixed = robot.connect(name, kind, parent, child)
-    T_axis = robot.poses[child].inverse() @ joint.T_axis
-    robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_axis, label))
+    T_child = robot.poses[child].inverse()
+    robot.joints[name] = checked_joint(xml, _moving(joint, fixed, T_child, label))
 
 
 def _is_ball(robot: _Robot, link: str, center: tuple[float, float, float]) -> bool:
@@ -224,12 +224,12 @@ def _is_ball(robot: _Robot, link: str, center: tuple[float, float, float]) -> bo
     )
 
 
-def _moving(joint: SdfJoint, fixed: Joint, T_axis: Pose3, label: str) -> Joint:
-    """Return a joint with its axis, limits, damping and what it follows."""
+def _moving(joint: SdfJoint, fixed: Joint, T_child: Pose3, label: str) -> Joint:
+    """Return a joint with its axis, limits, damping and what it follows, in its child's frame."""
     xml = joint.file
     axis = xml.child(joint.element, "axis", label)
     numbers = xml.numbers(xml.child(axis, "xyz", label).text or "", 3, f"{label} <xyz>")
-    x, y, z = (T_axis.rotation() @ numbers).tolist()
+    x, y, z = ((T_child @ joint.T_axes[0]).rotation() @ numbers).tolist()
     low = xml.limit(axis.findtext("limit/lower"), -UNLIMITED, f"{label} <lower>")
     high = xml.limit(axis.findtext("limit/upper"), UNLIMITED, f"{label} <upper>")
     kind = fixed.kind

@@ -201,6 +201,23 @@ def test_it_swings_or_slides_as_its_hinge_says(limits: tuple[float, float] | Non
     assert 0.0 < loose.dof_damping[rate] < 5.0
 
 
+def test_it_swings_about_two_axes_or_about_all() -> None:
+    second = Hinge(False, (0.0, 1.0, 0.0), limits=(-0.5, 1.0))
+    model = spawned(replace(CRATE, hinge=Hinge(False, (1.0, 0.0, 0.0), further=second)))
+    assert model.jnt_axis[model.body(CRATE.body).jntadr[0] :] == pytest.approx(np.eye(3)[:2])
+    ball = spawned(replace(CRATE, hinge=Hinge(False, None, (0.1, 0.2, 0.3)))).body(CRATE.body)
+    assert (ball.jntnum[0], ball.dofnum[0]) == (1, 3)
+
+
+def test_what_is_light_swings_as_freely_as_a_door() -> None:
+    """A pendulum of 10 g hung still in air as thick as honey."""
+    hinge = Hinge(False, (1.0, 0.0, 0.0))
+    heavy, light = (
+        spawned(replace(CRATE, mass=mass, hinge=hinge)).dof_damping[-1] for mass in (6.0, 0.01)
+    )
+    assert (heavy, light) == (0.1, pytest.approx(0.1 * 0.01 * (1.25 + 6.5 / 6.0)))
+
+
 def test_what_is_held_has_no_joint() -> None:
     assert spawned(replace(CRATE, mass=0.0)).body(CRATE.body).jntnum[0] == 0
     assert spawned(CRATE).body(CRATE.body).dofnum[0] == 6

@@ -29,7 +29,7 @@ def cube(name: str, x: float = 0.0, y: float = 0.0, static: bool = False) -> Sdf
 def joint(kind: str, parent: str, child: str, limits: str = "") -> SdfJoint:
     axis = f"<axis><xyz>0 0 1</xyz>{limits}</axis>" if kind != "fixed" else ""
     xml = sdf_file(f"<joint name='{parent}-{child}' type='{kind}'>{axis}</joint>")
-    return SdfJoint(xml.root[0], xml, "", kind, parent, child, ORIGIN, ORIGIN)
+    return SdfJoint(xml.root[0], xml, "", kind, parent, child, ORIGIN, (ORIGIN, ORIGIN))
 
 
 def read(
@@ -123,8 +123,8 @@ def test_what_two_joints_hold_stands_fast(more: tuple[str, ...], said: str) -> N
 def test_a_joint_of_a_kind_that_is_not_simulated_holds_fast() -> None:
     notes = sdf_file()
     links = [cube("leaf"), cube("frame", 4.0, static=True)]
-    assert grouped(links, ("ball", "frame", "leaf"), notes=notes)[1] == (["leaf"], True, False)
-    assert texts(notes.notes) == ("model 'm': stands fast, held by 1 joints (ball)",)
+    assert grouped(links, ("screw", "frame", "leaf"), notes=notes)[1] == (["leaf"], True, False)
+    assert texts(notes.notes) == ("model 'm': stands fast, held by 1 joints (screw)",)
 
 
 @pytest.mark.parametrize(("upper", "fast"), [(0.0, True), (0.1, False), (-1.0, True)])
@@ -177,7 +177,7 @@ def test_links_in_chains_hang_on_each_other(
 @pytest.mark.parametrize(
     ("joints", "driven"),
     [
-        ([("ball", "a", "b"), ("revolute", "b", "c")], ()),
+        ([("screw", "a", "b"), ("revolute", "b", "c")], ()),
         ([("revolute", "a", "b"), ("revolute", "b", "c")], ("a-b",)),
         ([("revolute", "a", "b", "<limit><lower>0</lower><upper>0</upper></limit>")], ()),
         ([("revolute", "a", "b"), ("prismatic", "a", "b")], ()),
@@ -224,8 +224,10 @@ def hinge(
     """Return the hinge of a leaf on a frame, at (1, 2, 3) of the world."""
     xml = sdf_file(f"<joint name='j' type='{kind}'>{axis}</joint>")
     at = Pose3((1.0, 2.0, 3.0))
-    joint = SdfJoint(xml.root[0], xml, "", kind, "frame", "leaf", at, T_axis)
-    return read_hinge(joint, SdfLink(xml.root, xml, "leaf", link, False, False, None), {own})
+    joint = SdfJoint(xml.root[0], xml, "", kind, "frame", "leaf", at, (T_axis, T_axis))
+    found = read_hinge(joint, SdfLink(xml.root, xml, "leaf", link, False, False, None), {own})
+    assert found is not None
+    return found
 
 
 def test_axis_and_anchor_are_in_the_frame_of_what_swings() -> None:
@@ -237,6 +239,25 @@ def test_axis_and_anchor_are_in_the_frame_of_what_swings() -> None:
     turned = hinge("<axis><xyz>1 0 0</xyz></axis>", T_axis=Pose3.from_rpy((9, 9, 9), (0, 0, 0.3)))
     assert turned.axis == pytest.approx((math.sin(0.3), -math.cos(0.3), 0.0))
     assert hinge("<axis/>").axis == pytest.approx((0.0, 0.0, 1.0))  # where it is not told
+
+
+def test_a_ball_turns_about_any_axis_and_a_universal_joint_about_two() -> None:
+    ball = hinge("", "ball")
+    assert (ball.axis, ball.further, ball.limits) == (None, None, None)
+    assert ball.anchor == pytest.approx((2.0, 0.0, 3.0))
+    two = "<axis><xyz>0 0 1</xyz></axis><axis2><xyz>1 0 0</xyz>{}</axis2>"
+    limit = "<limit><lower>-1</lower><upper>{}</upper></limit>"
+    found = hinge(two.format(limit.format(2)), "universal")
+    assert found.axis == pytest.approx((0.0, 0.0, 1.0))
+    assert found.further is not None
+    assert found.further.axis == pytest.approx((0.0, -1.0, 0.0))
+    assert (found.limits, found.further.limits) == (None, (-1.0, 2.0))
+    # Of a parent that swings the child's axis comes first.
+    found = hinge(two.format(""), "revolute2", own="frame")
+    assert found.axis == pytest.approx((0.0, 1.0, 0.0))
+    assert found.further is not None
+    assert found.further.axis == pytest.approx((0.0, 0.0, -1.0))
+    assert hinge(two.format(limit.format(-1)), "universal").further is None  # it has no play
 
 
 def test_a_parent_that_swings_turns_in_reverse() -> None:
