@@ -71,7 +71,7 @@ _LOOK_ALIKES = str.maketrans({"i": "1", "l": "1", "|": "1", "o": "0", "s": "5", 
 
 
 def interrupted(error: BaseException | None) -> bool:
-    """Return whether Ctrl-C is an error's root, as where it comes while C extensions import."""
+    """Return whether Ctrl-C is an error's root: C extensions that import, and kernels, drop it."""
     return error is not None and (
         isinstance(error, KeyboardInterrupt) or interrupted(error.__cause__ or error.__context__)
     )

@@ -14,7 +14,7 @@ def main() -> int:
     gc.set_threshold(100_000, 20, 20)  # imports leave none; to look takes a fifth of their time
     try:
         from bringup.cli import parse, run
-        from bringup.ros2.errors import watch_interrupts
+        from bringup.interrupts import watch_interrupts
 
         watch_interrupts()
         arguments = parse()

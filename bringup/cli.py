@@ -13,7 +13,7 @@ from typing import Any, NoReturn
 
 from arjuna_core.errors import ArjunaError, closest, interrupted, nearest
 from bringup.commands import COMMANDS, module_of
-from bringup.ros2.errors import was_interrupted
+from bringup.interrupts import was_interrupted
 
 _FIRST = """Arjuna: a ROS 2 robot to map, localize and navigate with, simulated or real.
 
@@ -134,7 +134,7 @@ def run(arguments: argparse.Namespace) -> int:
         sys.stderr.write(f"error: {error}\n")
     except ModuleNotFoundError as error:
         sys.stderr.write(f"error: {_lacking(error.name or '')}\n")
-    except (KeyboardInterrupt, ImportError) as error:
+    except (KeyboardInterrupt, ImportError, SystemError) as error:
         if not interrupted(error) and not was_interrupted():
             raise
         sys.stderr.write("\nstopped\n")

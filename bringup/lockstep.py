@@ -9,6 +9,7 @@ from rclpy.lifecycle import TransitionCallbackReturn
 
 from arjuna_core.ros.process import Process, Transport
 from bringup.client.session import POLL, ClientError, Session
+from bringup.interrupts import check_interrupts
 from bringup.parameters.files import Parameters, for_node
 from bringup.stack import Group, with_further
 
@@ -102,6 +103,7 @@ class LockStep(Session):
 
     def step(self) -> None:
         """Advance by one tick and run everything it causes."""
+        check_interrupts()
         if self._beside is not None:
             self._beside.step()
             return

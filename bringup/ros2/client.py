@@ -16,8 +16,9 @@ from rclpy.validate_full_topic_name import validate_full_topic_name
 
 from arjuna_core.ros.context import full_names
 from bringup.client.session import POLL, Connection
+from bringup.interrupts import check_interrupts
 from bringup.ros2.discovery import discover
-from bringup.ros2.errors import Ros2Error, check_interrupts
+from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import LAUNCHED
 
 _STARTING = 20.0  # [s] in which a node of Python is there on a busy machine

@@ -12,8 +12,8 @@ from pathlib import Path
 from typing import NoReturn
 
 from arjuna_core.errors import ArjunaError, interrupted
+from bringup.interrupts import ignore_interrupts, was_interrupted, watch_interrupts
 from bringup.ros2 import completion
-from bringup.ros2.errors import ignore_interrupts, was_interrupted, watch_interrupts
 from bringup.ros2.grammar import BUFFERED, FORWARDED, build_parser, load
 
 FAILED, INTERRUPTED = 1, int(signal.SIGINT)  # as ros2cli ends
@@ -77,8 +77,8 @@ def _guarded(words: list[str]) -> int:
         sys.stderr.write(f"{error}\n")
     except ModuleNotFoundError as error:
         sys.stderr.write(f"the module {error.name} is not installed; run 'make setup'\n")
-    except (KeyboardInterrupt, ImportError) as error:
-        if not interrupted(error) and not was_interrupted():  # C extensions drop it as they import
+    except (KeyboardInterrupt, ImportError, SystemError) as error:
+        if not interrupted(error) and not was_interrupted():  # C extensions drop it
             raise
         return 0 if words[:1] == ["run"] else INTERRUPTED  # a node ends in order, as C++'s do
     except BrokenPipeError:  # nobody reads any more, as after `| head`

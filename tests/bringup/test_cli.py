@@ -14,11 +14,10 @@ from unittest.mock import Mock
 
 import pytest
 
-from bringup import cli
+from bringup import cli, interrupts
 from bringup.__main__ import main
 from bringup.cli import parse
 from bringup.commands import COMMANDS, module_of
-from bringup.ros2 import errors
 from bringup.ros2 import main as ros2
 from bringup.terminal import RIGHT, UP, Keys
 
@@ -140,7 +139,7 @@ def test_ctrl_c_while_the_command_line_is_read_ends_without_a_traceback(
         raise KeyboardInterrupt
 
     monkeypatch.setattr(cli, "parse", interrupted)
-    monkeypatch.setattr(errors, "watch_interrupts", lambda: None)  # the handler stays pytest's
+    monkeypatch.setattr(interrupts, "watch_interrupts", lambda: None)  # the handler stays pytest's
     assert main() == 130
 
 

@@ -29,7 +29,7 @@ ORDER = {
         *("", "commands", "lessons", "homework", "tuning", "campaign", "doctor", "demo"),
         *("scenarios", "processes"),
         *("offline", "ros2", "lockstep", "parameters", "client"),
-        *("viewing", "recording", "stack", "terminal"),
+        *("viewing", "recording", "stack", "terminal", "interrupts"),
     ),
 }
 # arjuna_interfaces holds messages, so it counts as ROS
@@ -57,7 +57,7 @@ BRINGUP_WITHOUT_ROS = tuple(
     for folder, names in {
         "": (
             "__init__.py __main__.py campaign/ cli.py doctor/checks/ lessons/ "
-            "offline/ stack.py terminal.py viewing/drawing/"
+            "interrupts.py offline/ stack.py terminal.py viewing/drawing/"
         ),
         "client/": "avoidance.py endpoint.py keys.py waypoints.py",
         "demo/": "measures.py",

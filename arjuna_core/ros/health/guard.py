@@ -9,6 +9,8 @@ from typing import Any
 
 from rclpy.executors import ExternalShutdownException
 
+from arjuna_core.errors import interrupted
+
 
 @dataclass
 class Tally:
@@ -60,6 +62,8 @@ class Guard:
             except ExternalShutdownException:
                 raise
             except Exception as error:
+                if interrupted(error):
+                    raise KeyboardInterrupt from error
                 if self.strict:
                     raise
                 reason = f"{type(error).__name__}: {error}"

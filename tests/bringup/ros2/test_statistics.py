@@ -11,8 +11,8 @@ from collections.abc import Iterator
 
 import pytest
 
+from bringup.interrupts import check_interrupts, watch_interrupts
 from bringup.ros2 import main
-from bringup.ros2.errors import check_interrupts, watch_interrupts
 from bringup.ros2.statistics import Intervals, bandwidth_text, spread_text
 
 

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 
 from bringup.demo.demo import Demo, DemoOptions
-from bringup.lockstep import LockStepError
+from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import merged, shipped_parameters
 from bringup.terminal import Progress
 
@@ -22,3 +23,9 @@ def test_a_robot_that_sees_nothing_maps_nothing_and_is_told_soon(tmp_path: Path)
     demo = Demo(DemoOptions(0, tmp_path, values, map_time=1.0, explore_time=9.0), Progress())
     with pytest.raises(LockStepError, match="a scan that shows where the robot is did not come"):
         demo.run()
+
+
+def test_ctrl_c_that_a_callback_dropped_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bringup.interrupts._seen_at", 0.0)
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        LockStep.step(Mock())

@@ -102,6 +102,20 @@ def test_a_message_that_breaks_a_callback_is_dropped(bench: RosBench, node: Frag
     assert counts(bench) == {"in": 2}
 
 
+def test_ctrl_c_that_a_kernel_turns_into_another_error_is_ctrl_c(
+    bench: RosBench, node: FragileNode, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The demo went on, its Ctrl-C counted as a failed callback."""
+
+    def interrupted(step: str) -> None:
+        raise SystemError("returned a result with an exception set") from KeyboardInterrupt()
+
+    monkeypatch.setattr(node, "_break", interrupted)
+    with pytest.raises(KeyboardInterrupt, match=r"^$"):
+        bench.advance(0.2)
+    assert counts(bench) == {}
+
+
 def test_a_broken_service_answers_that_it_failed(bench: RosBench, node: FragileNode) -> None:
     node.broken = "set"
     answer = bench.call(SetBool, "set", SetBool.Request())
