@@ -13,11 +13,13 @@ def main() -> int:
     os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # its threads only wait, on small matrices
     gc.set_threshold(100_000, 20, 20)  # imports leave none; to look takes a fifth of their time
     try:
-        from bringup.cli import parse, run
-        from bringup.interrupts import watch_interrupts
+        from bringup.interrupts import check_interrupts, watch_interrupts
 
         watch_interrupts()
+        from bringup.cli import parse, run
+
         arguments = parse()
+        check_interrupts()
         arguments.main = main  # for commands that run others in forks of this process
         return run(arguments)
     except KeyboardInterrupt:  # while it imports; commands that run have handlers of their own

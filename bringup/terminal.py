@@ -12,6 +12,8 @@ import time
 import tty
 from typing import Any, TextIO
 
+from bringup.interrupts import was_interrupted
+
 
 def show(line: str) -> None:
     """Print a line; where nobody reads any more, as after `| head`, stop."""
@@ -40,6 +42,8 @@ def stopped_by_signals() -> threading.Event:
     stop = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         signal.signal(number, lambda *_: stop.set())
+    if was_interrupted():
+        stop.set()
     return stop
 
 

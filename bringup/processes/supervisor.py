@@ -11,6 +11,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 
+from bringup.interrupts import was_interrupted
 from bringup.processes.child import Child, ChildSpec, describe_exit
 from bringup.processes.health import Heartbeat, RestartLimits, RestartPolicy, starved
 from bringup.processes.output import OWN, Output, read_event
@@ -100,6 +101,7 @@ class Supervisor:
         previous = {each: signal.signal(each, self._on_signal) for each in _STOP_SIGNALS}
         wakeup = signal.set_wakeup_fd(writer)
         try:
+            self._signals += was_interrupted()
             yield
         finally:
             signal.set_wakeup_fd(wakeup)

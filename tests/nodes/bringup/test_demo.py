@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import signal
 from pathlib import Path
 from unittest.mock import Mock
 
@@ -10,7 +11,8 @@ import pytest
 from bringup.demo.demo import Demo, DemoOptions
 from bringup.lockstep import LockStep, LockStepError
 from bringup.parameters.files import merged, shipped_parameters
-from bringup.terminal import Progress
+from bringup.processes.supervisor import Supervisor
+from bringup.terminal import Progress, stopped_by_signals
 
 pytestmark = pytest.mark.ros
 
@@ -29,3 +31,12 @@ def test_ctrl_c_that_a_callback_dropped_ends_it(monkeypatch: pytest.MonkeyPatch)
     monkeypatch.setattr("bringup.interrupts._seen_at", 0.0)
     with pytest.raises(KeyboardInterrupt, match=r"^$"):
         LockStep.step(Mock())
+
+
+def test_ctrl_c_that_was_dropped_before_is_the_first(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("bringup.interrupts._seen_at", 0.0)
+    assert Supervisor([], Mock()).run() == 0
+    before = [signal.getsignal(number) for number in (signal.SIGINT, signal.SIGTERM)]
+    assert stopped_by_signals().is_set()
+    for number, handler in zip((signal.SIGINT, signal.SIGTERM), before, strict=True):
+        signal.signal(number, handler)
