@@ -1,4 +1,4 @@
-"""Kernels compiled in a wheel: for x86-64-v3, which PCs have had since 2015, with AVX2."""
+"""Compiled kernels: a wheel's, for x86-64-v3, which PCs have had since 2015, and another user's."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def use_shipped_kernels(cpus: Path = Path("/proc/cpuinfo")) -> None:
     """Let Numba compile for that level where a wheel is installed and this CPU has it.
 
     Numba takes what is compiled only if the level is the same; another CPU compiles for itself, as
-    a checkout does.
+    a checkout does. Who may not write beside our modules gets a copy of what is compiled there.
     """
+    if not os.access(MARK.parent, os.W_OK):
+        with suppress(OSError):
+            _give_to_user(MARK.parents[1])
     if not MARK.exists() or not cpus.exists() or not set(TARGET).isdisjoint(os.environ):
         return
     with cpus.open("rb") as file:
         known = file.read(8192).decode(errors="replace").split()
     if set(known) >= _FLAGS:
         os.environ.update(TARGET)
-        if not os.access(MARK.parent, os.W_OK):
-            with suppress(OSError):
-                _give_to_user(MARK.parents[1])
         if "numba" in sys.modules:
             sys.modules["numba.core.config"].reload_config()
 
