@@ -23,6 +23,8 @@ _ARRAY = re.compile(r"(\w+)\[(\d)([ACF])(r?)\]")
 
 def use_all() -> None:
     """Run a demo and all that it seldom does."""
+    from arjuna_nav.costmap.footprint import Footprint
+    from arjuna_nav.planners.outline import relaxed_inscribed
     from arjuna_nav.planners.waves.potential import reachable
     from arjuna_sim.model.geometry.thickness import depths
     from arjuna_sim.physics.walkers import put_bodies
@@ -33,9 +35,12 @@ def use_all() -> None:
     one, whole = np.zeros(1), np.zeros(1, np.int64)
     ways = np.ones(1), one, np.zeros((1, 1)), np.zeros((1, 1, 4))
     put_bodies(one, *ways, whole, np.zeros((1, 3)), np.zeros((1, 4)))
+    relaxed_inscribed(np.zeros((1, 1), np.uint8), 1.0)
+    Footprint.parse("[[1, 0], [0, 1], [-1, -1]]", 0.0, 0.0).holds(np.zeros((1, 2)))
     _escape()
     for parameters in _each_plugin():
-        _drive(parameters)
+        _drive(parameters, as_nav2=False)
+        _drive(parameters, as_nav2=True)
 
 
 def _escape() -> None:
@@ -73,6 +78,7 @@ def _escape() -> None:
 
 def _each_plugin() -> Iterator[dict[str, Any]]:
     """Yield parameters so that each controller, planner, layer and kind of drive is in some."""
+    from arjuna_nav.controllers.mppi.config import NAV2_CRITICS
     from arjuna_nav.controllers.plugins import CONTROLLERS
     from arjuna_nav.planners.base import PLANNERS
 
@@ -84,7 +90,11 @@ def _each_plugin() -> Iterator[dict[str, Any]]:
             "planner_server": {"GridBased.plugin": planner} if planner else {},
         }
     yield {
-        "controller_server": {"FollowPath.plugin": mppi, "FollowPath.motion_model": "Omni"},
+        "controller_server": {
+            "FollowPath.plugin": mppi,
+            "FollowPath.motion_model": "Omni",
+            "FollowPath.critics": list(NAV2_CRITICS),
+        },
         "local_costmap": {"plugins": ["obstacle_layer", "denoise_layer", "inflation_layer"]},
     }
     steered = {"min_turning_radius": 0.6}
@@ -102,23 +112,31 @@ def _each_plugin() -> Iterator[dict[str, Any]]:
     }
 
 
-def _drive(parameters: dict[str, Any]) -> None:
-    """Drive a robot with parameters to a goal on the shipped map, where it turns back."""
+def _drive(parameters: dict[str, Any], as_nav2: bool) -> None:
+    """Drive a robot with parameters to a goal on the shipped map, where it turns back.
+
+    Args:
+        as_nav2: Whether Nav2's behaviour takes the place of our defaults.
+    """
     from arjuna_core.files.shipped import shipped_file
     from arjuna_core.se2 import SE2
     from bringup.client.goals import Goals
     from bringup.lockstep import LockStep
     from bringup.parameters.files import merged, shipped_parameters
-    from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP
+    from bringup.parameters.sources import as_theirs
+    from bringup.stack import LOCALIZATION_GROUP, NAVIGATION_GROUP, SIM_GROUP, all_nodes
 
     room = {"yaml_filename": str(shipped_file("maps/arjuna_room.yaml"))}
     known: dict[str, dict[str, Any]] = {
         "map_server": room,
         "amcl": {"set_initial_pose": True},
     }
-    robot = LockStep(merged(shipped_parameters(), known, parameters))
+    meant = [spec for spec in all_nodes() if spec.original == "nav2"] if as_nav2 else []
+    base = as_theirs(merged(shipped_parameters(), parameters), meant, replaces=True)
+    robot = LockStep(merged(base, known, parameters))
     with closing(robot):
         robot.start(SIM_GROUP, LOCALIZATION_GROUP, NAVIGATION_GROUP)
+        robot.run(1.0)  # until its pose is known
         goals = Goals(robot)
         goals.navigate(SE2(0.8, 0.8, 3.0), 6.0)
         goals.navigate(SE2(0.6, 0.6, 3.0), 1.0)  # as near as a controller is asked for headings

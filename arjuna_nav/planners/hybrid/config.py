@@ -36,9 +36,8 @@ class SmacConfig(GridPlannerConfig):
 
     def tolerance_on_approach(self, resolution: float) -> float:
         """Return how near to the goal iterations begin to count [cells], below 0 if never."""
-        return (
-            math.floor(self.tolerance / resolution) if self.max_on_approach_iterations > 0 else -1.0
-        )
+        counts = self.max_on_approach_iterations > 0
+        return float(math.floor(self.tolerance / resolution)) if counts else -1.0
 
 
 @dataclass(frozen=True)
