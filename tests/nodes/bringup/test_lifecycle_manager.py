@@ -279,6 +279,7 @@ def test_one_that_does_not_start_holds_up_no_other_command(
     managed: Make, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     system = _long_awaited(managed, monkeypatch)
+    monkeypatch.setattr(manager, "SERVICE_DEADLINE", 0.5)
     system.manager.submit(Command.RESET, lambda success: None)
     system.spin_until(lambda: "first cleanup" in system.diary)
 
