@@ -6,7 +6,7 @@ import math
 import signal
 import time
 
-_AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and launches send one twice
+AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and launches send one twice
 _seen_at = -math.inf  # [s]
 
 
@@ -35,6 +35,6 @@ def was_interrupted() -> bool:
 
 def _on_signal(number: int, frame: object) -> None:
     global _seen_at
-    again, _seen_at = time.monotonic() - _seen_at < _AGAIN, time.monotonic()
+    again, _seen_at = time.monotonic() - _seen_at < AGAIN, time.monotonic()
     if not again:
         raise KeyboardInterrupt

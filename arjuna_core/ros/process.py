@@ -26,7 +26,7 @@ from arjuna_core.ros.params import describe_sim_time
 from arjuna_core.ros.reports import Diagnostics
 from arjuna_core.ros.tf import TransformBuffer, TransformListener
 
-_POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
+POLL = 0.05  # a wake-up without work costs nothing measurable at this period [s]
 _ISOLATED_DOMAIN = 231  # whose ports nobody uses: those who hold one of a domain are waited for
 
 
@@ -250,7 +250,7 @@ class Process:
                 node.run_due(now)
         self._diagnostics.run_due(self.now, [self.node, *self.nodes], self.remarks)
 
-    def spin_once(self, timeout: float = _POLL) -> None:
+    def spin_once(self, timeout: float = POLL) -> None:
         """Run at most one waiting callback, waiting up to a timeout for it [s, wall].
 
         Callbacks of nodes end their own exceptions; here end those of rclpy's own tasks.

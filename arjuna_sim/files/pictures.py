@@ -16,10 +16,10 @@ from arjuna_core.errors import InputFileError
 from arjuna_core.files.input_file import open_file, read_text
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.geometry.shapes import Kind, Look, Mesh, Part, Picture, Shape, Skin
+from arjuna_sim.model.look import PIXELS_MAX
 from arjuna_sim.model.notes import NoteKind
 
 _KINDS = ("PNG", "JPEG", "TIFF", "BMP")
-_SIDE_MAX = 4096  # as far as OpenGL goes everywhere [pixels]
 _SIDE_MIN = 512  # smaller ones are drawn from as large a copy, for sharp edges [pixels]
 CUT = "#~"
 """Stands before the number of a part of a mesh that has one material, after its file's name."""
@@ -154,8 +154,8 @@ def _read(path: Path, changed: int) -> Picture:
             open_file(path, InputFileError, 1 << 27) as file,
             Image.open(file, formats=_KINDS) as image,
         ):
-            if max(image.size) > _SIDE_MAX:
-                problem = f"has {max(image.size)} pixels a side; valid: up to {_SIDE_MAX}"
+            if max(image.size) > PIXELS_MAX:
+                problem = f"has {max(image.size)} pixels a side; valid: up to {PIXELS_MAX}"
                 raise InputFileError(path, problem)
             pixels = np.asarray(image.convert("RGB"))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:

@@ -8,6 +8,8 @@ from enum import Enum
 Rgb = tuple[float, float, float]
 AMBIENT: Rgb = (0.4, 0.4, 0.4)
 """SDF's default of a scene's ambient light."""
+PIXELS_MAX = 4096
+"""Along a side of a picture: as far as OpenGL goes everywhere."""
 
 
 class LightKind(Enum):

@@ -26,7 +26,6 @@ _NEW_MOUNT, _NEW_UTS, _NEW_IPC, _NEW_USER, _NEW_NET = (1 << bit for bit in (17, 
 _PRIVATE, _NO_SUID_OR_DEVICES = 1 << 18 | 1 << 14, 2 | 4
 _CREATE, _ADD, _RESTRICT = 444, 445, 446  # landlock's, of every architecture
 _EXECUTE, _READ, _ANY = 1 << 0, 1 << 2 | 1 << 3, (1 << 13) - 1
-_OF_FILES = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 14 | 1 << 15  # others are of folders
 _AUDIT = {"x86_64": 0xC000003E, "aarch64": 0xC00000B7}
 # Files, mounts and names are Landlock's; here is what reaches other processes and the network.
 _CALLS: dict[str, tuple[int, ...]] = {
@@ -125,7 +124,8 @@ def _allow(rules: int, path: Path, access: int) -> None:
         descriptor = os.open(path, os.O_PATH)
     except OSError:  # what is not there cannot be read
         return
-    access &= -1 if path.is_dir() else _OF_FILES
+    of_files = 1 << 0 | 1 << 1 | 1 << 2 | 1 << 14 | 1 << 15  # others are of folders
+    access &= -1 if path.is_dir() else of_files
     _LIBC.syscall(_ADD, rules, 1, struct.pack("=Qi", access, descriptor), 0)
     os.close(descriptor)
 

@@ -12,15 +12,13 @@ from collections.abc import Callable, Sequence
 
 from arjuna_core.config import load
 from arjuna_core.errors import ArjunaError
-from arjuna_core.ros.process import Process
+from arjuna_core.ros.process import POLL, Process
 from bringup.parameters.files import SAFETY, Parameters, for_node, sim_time_of
 from bringup.processes.lifecycle.manager import LifecycleManager
 from bringup.processes.reporter import Reporter, Twins
 from bringup.processes.supervisor import QUIT_EXIT, USAGE_EXIT
 from bringup.stack import ALL_GROUPS, NAV2_PROGRAMS, PROGRAMS, Group, program_group, with_further
 from bringup.terminal import show
-
-_POLL = 0.05  # [s] at most from one look at the signals to the next
 
 
 class Host:
@@ -107,15 +105,15 @@ class Host:
         """Stay until the answer has reached who asked to quit: it goes with its writer."""
         end = time.monotonic() + duration
         while time.monotonic() < end:
-            self.process.spin_once(_POLL)
+            self.process.spin_once(POLL)
 
     def _spin_once(self) -> None:
         """Run what waits; a simulator's tick is due by the wall clock, not by an event."""
-        wait = _POLL
+        wait = POLL
         self._reporter.update(time.monotonic())
         self._twins.look(time.monotonic())
         for node in self._paced:
-            due = node.realtime_due(time.monotonic()) if node.active else _POLL
+            due = node.realtime_due(time.monotonic()) if node.active else POLL
             if due <= 0.0:
                 node.tick()
                 self.process.drain()

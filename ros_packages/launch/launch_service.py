@@ -9,13 +9,12 @@ from collections.abc import Callable, Iterable
 from contextlib import suppress
 from functools import partial
 
+from bringup.interrupts import AGAIN
 from launch.action import LaunchDescriptionEntity
 from launch.event_handler import BaseEventHandler, Event
 from launch.events import Shutdown
 from launch.launch_context import LaunchContext
 from launch.logging import get_logger
-
-_AGAIN = 1.0  # [s] from a signal to the next that is meant: `timeout` and terminals send one twice
 
 
 class LaunchService:
@@ -92,7 +91,7 @@ class LaunchService:
     def _on_signal(self, number: int) -> None:
         now = asyncio.get_running_loop().time()
         if self._interrupted is not None:
-            if now - self._interrupted >= _AGAIN:  # what still runs ends by force
+            if now - self._interrupted >= AGAIN:  # what still runs ends by force
                 for end in self.context.on_kill:
                     end()
             return

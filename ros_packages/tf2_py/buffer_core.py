@@ -12,6 +12,7 @@ from rclpy.time import Time
 
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.ros.convert import pose3_from_transform, transform3_msg
+from arjuna_core.timing import NANOSECONDS
 from arjuna_core.transforms import ExtrapolationError, LoopError, TransformError, TransformTree
 
 
@@ -39,8 +40,7 @@ class TimeoutException(TransformException):
     """A transform did not come in time."""
 
 
-_SECOND = 1_000_000_000
-_CACHE = 10 * _SECOND  # tf2's BUFFER_CORE_DEFAULT_CACHE_TIME
+_CACHE = 10 * NANOSECONDS  # tf2's BUFFER_CORE_DEFAULT_CACHE_TIME
 _UNIT = 1e-3  # tf2's QUATERNION_NORMALIZATION_TOLERANCE
 
 
@@ -99,8 +99,8 @@ class BufferCore:
             where, edge = ("past", "earliest") if past else ("future", "latest")
             raise ExtrapolationException(
                 f"Lookup would require extrapolation into the {where}.  Requested time "
-                f"{error.stamp / _SECOND:.6f} but the {edge} data is at time "
-                f"{error.known / _SECOND:.6f}, when looking up transform from frame [{source}] "
+                f"{error.stamp / NANOSECONDS:.6f} but the {edge} data is at time "
+                f"{error.known / NANOSECONDS:.6f}, when looking up transform from frame [{source}] "
                 f"to frame [{target}]"
             ) from None
         except LoopError as error:
@@ -182,7 +182,7 @@ class BufferCore:
         """Return every frame with its parent, publisher, rate and times, as view_frames has it."""
         lines = []
         for name, edge in sorted(self._tree.edges.items()):
-            first, last = edge.stamps[0] / _SECOND, edge.stamps[-1] / _SECOND
+            first, last = edge.stamps[0] / NANOSECONDS, edge.stamps[-1] / NANOSECONDS
             rate = (len(edge.stamps) - 1) / max(last - first, 1e-4)
             lines += [
                 f"{name}: ",
@@ -204,7 +204,7 @@ class BufferCore:
 def _nanoseconds(time: Any) -> int:
     """Return a time [ns], rclpy's or the stamp of a message, which tf2 takes alike."""
     if hasattr(time, "sec") and hasattr(time, "nanosec"):
-        return int(time.sec) * _SECOND + int(time.nanosec)
+        return int(time.sec) * NANOSECONDS + int(time.nanosec)
     if hasattr(time, "nanoseconds"):
         return int(time.nanoseconds)
     raise TypeError("time must have sec and nanosec, or nanoseconds.")
@@ -212,5 +212,5 @@ def _nanoseconds(time: Any) -> int:
 
 def _message(pose: Pose3, parent: str, child: str, stamp: int) -> Any:
     message = transform3_msg(pose, parent, child, 0.0)
-    message.header.stamp = TimeMsg(sec=stamp // _SECOND, nanosec=stamp % _SECOND)
+    message.header.stamp = TimeMsg(sec=stamp // NANOSECONDS, nanosec=stamp % NANOSECONDS)
     return message

@@ -10,10 +10,10 @@ from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import is_true, plain, remappings, text_of, value
+from arjuna_sim.model.look import PIXELS_MAX
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
 from arjuna_sim.model.urdf import Urdf
 
-_PIXELS_MAX = 4096  # along a side: more than MuJoCo's off-screen buffer can hold
 _WIDEST = 2.8  # field of view of a flat picture [rad]
 _ENCODINGS = {
     **dict.fromkeys(("R8G8B8", "RGB_INT8"), "rgb8"),
@@ -112,9 +112,9 @@ def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
         encoding=_encoding(tag, depth),
         **(_reach(tag, lens) if depth else {}),
     )
-    if not (0 < settings.width <= _PIXELS_MAX and 0 < settings.height <= _PIXELS_MAX):
+    if not (0 < settings.width <= PIXELS_MAX and 0 < settings.height <= PIXELS_MAX):
         size = f"{settings.width} x {settings.height}"
-        raise tag.fail(f"image is {size}; valid: 1 to {_PIXELS_MAX} pixels")
+        raise tag.fail(f"image is {size}; valid: 1 to {PIXELS_MAX} pixels")
     if not 0.0 < settings.near < settings.far:
         raise tag.fail(f"<clip> {settings.near} to {settings.far} must be 0 < near < far")
     return settings
