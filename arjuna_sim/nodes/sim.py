@@ -94,7 +94,8 @@ class SimNode(ManagedNode):
         known = KnownEntities(self.simulator)
         self._steps = StepAction(self, lambda: self.state)
         answers = SimulationServices(self, self._steps, known.infos.clear).answers
-        GazeboServices(self, known, answers | EntityServices(self, known).answers)
+        answers |= EntityServices(self, known).answers
+        GazeboServices(self, known, answers, self.simulator.stage)
         EntityTopics(self, known)
 
     def activate(self) -> None:

@@ -27,6 +27,7 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.contacts import touched
 from arjuna_sim.physics.entity_body import addresses_of, motion_of
+from arjuna_sim.physics.forces import Forces
 from arjuna_sim.physics.ground import Ground
 from arjuna_sim.physics.movers import Movers
 from arjuna_sim.physics.running import Stepper, carry_over
@@ -49,6 +50,7 @@ class Stage:
         scene: The compiled model and where to find things in it.
         on_rebuild: Called when `scene` and `data` were replaced.
         movers: Those of its world's models that move by themselves.
+        forces: What clients push it with.
 
     Raises:
         RobotError: MuJoCo refuses a robot or the world.
@@ -61,11 +63,13 @@ class Stage:
         self._servo = servo
         self._timestep = timestep
         self.on_rebuild: Callable[[], None] = lambda: None
+        self.forces = Forces()
         self._set_up(world)
 
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
         self.movers = Movers(world.movers, world.followers)
+        self.forces.clear()
         compiled = self._compile(world, entities, taken, keep=True)
         self._install(world, entities, taken, *compiled)
         self._stand_people_up()
@@ -207,6 +211,7 @@ class Stage:
             self._set_up(self.world)
             self.on_rebuild()
         self._steps = 0
+        self.forces.clear()
         self.movers.rewind()
         self.rewind()
 
@@ -219,7 +224,7 @@ class Stage:
 
     def advance(self, steps: int) -> None:
         """Run the physics for a number of steps."""
-        if self._runs_alone and not self.movers:
+        if self._runs_alone and not self.movers and not self.forces:
             self._steps += steps
             self._stepper.run(steps)
             return
@@ -227,6 +232,8 @@ class Stage:
             self._steps += 1
             self._follow()
             self.movers.push(self.scene.model, self.data, self._handles)
+            if self.forces:
+                self.forces.apply(self.elapsed)
             self._stepper.run(1)
             self.data.qpos[self.scene.rollers] = 0.0
 
@@ -294,6 +301,7 @@ class Stage:
     ) -> None:
         self.world, self._entities, self._taken = world, entities, taken
         self.scene, self.data = scene, data
+        self.forces.bind(scene.model, data)
         self._stepper = Stepper(scene.model, data)
         self._handles = {name: addresses_of(scene.model, one) for name, one in entities.items()}
         self.movers.smooth(scene.model, self._handles)

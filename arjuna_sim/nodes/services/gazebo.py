@@ -9,6 +9,7 @@ world, and the plain ones of std_srvs, have the names by which clients ask.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
@@ -31,11 +32,14 @@ from simulation_interfaces.srv import (
 )
 from std_msgs.msg import Header
 
+from arjuna_core.readings import seconds
 from arjuna_core.ros.context import class_of, discovery, new_context
 from arjuna_core.ros.convert import header, pose3_msg
 from arjuna_core.ros.node import ManagedNode
+from arjuna_sim.model.entities import EntityError
 from arjuna_sim.nodes.messages import WORLD, pose3_from_msg
 from arjuna_sim.nodes.services.known_entities import KnownEntities
+from arjuna_sim.physics.stage import Stage
 
 _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
@@ -58,8 +62,9 @@ class GazeboServices:
         node: ManagedNode,
         known: KnownEntities,
         answers: Mapping[str, Callable[[Any, Any], Any]],
+        stage: Stage,
     ) -> None:
-        self._node, self._known, self._answers = node, known, answers
+        self._node, self._known, self._answers, self._stage = node, known, answers, stage
         self.bridged: dict[str, Callable[[Any, Any], Any]] = {
             "SpawnEntity": self._create,
             "DeleteEntity": self._remove,
@@ -72,6 +77,10 @@ class GazeboServices:
             "get_entity_state": self._get_state,
             "set_entity_state": self._set_state,
             "get_model_list": self._list,
+            "apply_joint_effort": self._push_joint,
+            "apply_link_wrench": self._push_link,
+            "clear_joint_efforts": self._clear_joint,
+            "clear_link_wrenches": self._clear_link,
         }
         self.plain: dict[str, Callable[[], str]] = {
             "reset_simulation": lambda: self._reset(ResetSimulation.Request.SCOPE_ALL),
@@ -307,6 +316,42 @@ class GazeboServices:
         response.header = header(WORLD, self._node.now)
         response.model_names = [entity.name for entity in self._known.all()]
         response.success = True
+        return response
+
+    def _push_joint(self, request: Any, response: Any) -> Any:
+        push = self._stage.forces.push_joint
+        return self._pushed(request, response, push, request.joint_name, request.effort)
+
+    def _push_link(self, request: Any, response: Any) -> Any:
+        force, torque, at = request.wrench.force, request.wrench.torque, request.reference_point
+        push, frame = self._stage.forces.push_link, _frame(request.reference_frame)
+        wrench = np.array([force.x, force.y, force.z, torque.x, torque.y, torque.z])
+        point = np.array([at.x, at.y, at.z])
+        return self._pushed(request, response, push, request.link_name, wrench, frame, point)
+
+    def _pushed(self, request: Any, response: Any, push: Callable[..., None], *what: Any) -> Any:
+        """Answer a request to push something for its time, of which none is none."""
+        lasts, problem = seconds(request.duration), ""
+        begin = self._stage.elapsed + max(0.0, seconds(request.start_time) - self._node.now)
+        try:
+            push(*what, begin, math.inf if lasts < 0.0 else begin + lasts)
+        except EntityError as error:
+            problem = str(error)
+        response.success, response.status_message = not problem, problem
+        return response
+
+    def _clear_joint(self, request: Any, response: Any) -> Any:
+        return self._cleared(self._stage.forces.clear_joint, request.joint_name, response)
+
+    def _clear_link(self, request: Any, response: Any) -> Any:
+        return self._cleared(self._stage.forces.clear_link, request.link_name, response)
+
+    def _cleared(self, clear: Callable[[str], None], name: str, response: Any) -> Any:
+        """Answer a request to push something no more, which cannot say why it failed."""
+        try:
+            clear(name)
+        except EntityError as error:
+            self._node.get_logger().warning(str(error))
         return response
 
 

@@ -7,8 +7,9 @@ from types import SimpleNamespace
 from typing import Any
 
 import pytest
+from builtin_interfaces.msg import Duration, Time
 from gazebo_msgs import srv
-from geometry_msgs.msg import Point, Pose, PoseStamped
+from geometry_msgs.msg import Point, Pose, PoseStamped, Vector3, Wrench
 from ros_gz_interfaces.msg import Entity, EntityFactory, WorldControl, WorldReset
 from simulation_interfaces.msg import EntityState, Resource, Result, SimulationState
 from simulation_interfaces.srv import (
@@ -23,6 +24,7 @@ from arjuna_core.ros.context import class_of
 from arjuna_core.ros.convert import quaternion
 from arjuna_sim.nodes.services.gazebo import GazeboServices
 from arjuna_sim.nodes.services.known_entities import KnownEntities
+from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_in
 
@@ -33,11 +35,18 @@ CRATE = """<sdf version="1.7"><model name="crate"><link name="l"><inertial><mass
 
 @pytest.fixture
 def ask(bench: RosBench) -> Any:
-    sim = start_in(bench)
+    return asking(start_in(bench))
+
+
+def asking(sim: SimNode) -> Any:
+    """Return what calls Gazebo Classic's services of a simulator."""
     (gazebo,) = sim.kept(GazeboServices)
 
     def call(service: str, /, **fields: Any) -> Any:
         short = service.rpartition("/")[2].title().replace("_", "")
+        short = {"ClearJointEfforts": "JointRequest", "ClearLinkWrenches": "LinkRequest"}.get(
+            short, short
+        )
         answer = gazebo._answer_of(f"/{service}", f"gazebo_msgs/srv/{short}")
         assert answer is not None
         kind = getattr(srv, short)
@@ -213,3 +222,29 @@ def test_standard_services_answer_below_gazebos_node_too(bench: RosBench) -> Non
     found = call(GetEntityState, "/gzserver", "get_entity_state", entity="c").state
     assert found.pose.position.x == pytest.approx(2.0)
     assert call(GetEntityState, "/other", "get_entity_state", entity="c") is None
+
+
+def test_links_and_joints_are_pushed_for_a_time(bench: RosBench) -> None:
+    sim = start_in(bench)
+    ask = asking(sim)
+    assert spawn(ask, "crate", 2.0).success
+    wrench = Wrench(force=Vector3(z=20.0))
+    lasts = Duration(sec=-1)
+    assert ask("apply_link_wrench", link_name="crate::l", wrench=wrench, duration=lasts).success
+    run(bench, sim, 50)
+    height = ask("get_entity_state", name="crate").state.pose.position.z
+    assert height == pytest.approx(0.2 + 0.5 * (20.0 - 9.81), abs=0.1)
+    ask("clear_link_wrenches", link_name="crate::l")
+    run(bench, sim, 150)
+    assert ask("get_entity_state", name="crate").state.pose.position.z < 1.0
+    lasts = Duration(nanosec=500_000_000)
+    start = sim.now + 1.0
+    later = Time(sec=int(start), nanosec=int(start % 1.0 * 1e9))
+    joint = "front_left_joint"
+    answer = ask("apply_joint_effort", joint_name=joint, start_time=later, duration=lasts)
+    assert answer.success
+    ask("clear_joint_efforts", joint_name=joint)
+    answer = ask("apply_joint_effort", joint_name="none", effort=1.0, duration=lasts)
+    assert not answer.success
+    assert answer.status_message.startswith("joint 'none' does not exist")
+    assert ask("clear_joint_efforts", joint_name="none") is not None
