@@ -46,6 +46,8 @@ _WORLDS = ("", "world", "map")
 _CLASSIC, _OF_WORLDS, _EMPTY = "gazebo_msgs", "ros_gz_interfaces", "std_srvs/srv/Empty"
 _STANDARD, _SERVER = "simulation_interfaces", "gzserver"
 _PERIODS = 0.2, 0.05  # of looking for clients, and of polling for requests [s]
+_PUSHES = {"apply_joint_effort", "apply_link_wrench", "clear_joint_efforts", "clear_link_wrenches"}
+_SOON = 0.002  # [s] of polling for these: programs call them in each step of their control loops
 
 
 class GazeboServices:
@@ -92,7 +94,7 @@ class GazeboServices:
         self._executor: EventsExecutor | None = None
         self._timers: list[Any] = []
         self._known_services: set[tuple[str, str]] = set()
-        self._answered = 0
+        self._answered, self._is_soon = 0, False
         if node.transport is None:  # else there are no clients but those of this process
             self._every(_PERIODS[0], self._look)
         node.keep(self)
@@ -174,6 +176,9 @@ class GazeboServices:
             self._every(_PERIODS[1], self._poll)
         for kind, name, answer in services:
             self._own.create_service(kind, name, self._counted(self._node.answering(name, answer)))
+            if name.rpartition("/")[2] in _PUSHES and not self._is_soon:
+                self._is_soon = True
+                self._every(_SOON, self._poll)
             self._node.get_logger().info(f"{name} is there, for a client asks for Gazebo's")
 
     def _counted(self, answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
