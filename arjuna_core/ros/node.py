@@ -25,8 +25,8 @@ from arjuna_core.timing import Periodic
 
 T = TypeVar("T")
 _REACHED = {
-    Transition.TRANSITION_CONFIGURE: ("inactive", "active"),
-    Transition.TRANSITION_ACTIVATE: ("active",),
+    **dict.fromkeys((Transition.TRANSITION_CONFIGURE, "configure"), ("inactive", "active")),
+    **dict.fromkeys((Transition.TRANSITION_ACTIVATE, "activate"), ("active",)),
 }
 """The states in which a node is up as far as a transition would bring it."""
 
@@ -121,12 +121,12 @@ class ManagedNode(Guarded, LifecycleNode):
         def answer(request: Any, response: Any) -> Any:
             asked = request.transition
             allowed = {item[0]: item[1] for item in self._state_machine.available_transitions}
+            if self.state_label in _REACHED.get(asked.label or asked.id, ()):
+                self.get_logger().info(f"change_state: it is {self.state_label} already")
+                response.success = True  # ours come up by themselves
+                return response
             if asked.label or asked.id in allowed:
                 return change(request, response)
-            if self.state_label in _REACHED.get(asked.id, ()):  # ours come up by themselves
-                self.get_logger().info(f"change_state: it is {self.state_label} already")
-                response.success = True
-                return response
             valid = ", ".join(f"{number} {label}" for number, label in allowed.items())
             problem = f"transition {asked.id} is not allowed in {self.state_label}; valid: {valid}"
             self.guard.refused(self, "change_state", problem)

@@ -4,6 +4,10 @@ from __future__ import annotations
 
 from typing import Any
 
+from geometry_msgs.msg import PoseWithCovarianceStamped
+
+from arjuna_core.ros import qos
+from arjuna_core.ros.convert import se2_from_pose
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.velocity import subscribe_velocity
 from arjuna_core.twist import Velocity
@@ -45,6 +49,8 @@ class RobotInterface:
         self._topic = self.topics.drive.command_topic
         stamped = config.enable_stamped_cmd_vel or self.topics.drive.stamped
         self._commands = subscribe_velocity(node, self._topic, stamped, self._on_command)
+        if config.placed_by_estimate:
+            node.subscribe(PoseWithCovarianceStamped, "initialpose", self._on_estimate, qos.DEFAULT)
 
     def begin(self, now: float) -> None:
         """Publish the pose of the world at a time [s]."""
@@ -85,6 +91,19 @@ class RobotInterface:
 
     def _on_command(self, command: Velocity) -> None:
         self._command = command
+
+    def _on_estimate(self, message: PoseWithCovarianceStamped) -> None:
+        """Put the robot where it is said to be."""
+        try:
+            pose = se2_from_pose(message.pose.pose)
+        except ValueError as error:
+            self._node.get_logger().warning(f"initialpose: {error}")
+            return
+        if touched := self._robot.obstacles_at(pose):
+            blocking = ", ".join(touched)
+            self._node.get_logger().warning(f"initialpose: the pose is blocked by {blocking}")
+            return
+        self._robot.set_pose(pose)
 
     def _joint_topics(self) -> list[Any]:
         # Their messages take a quarter of a second to import, which most robots do not need.

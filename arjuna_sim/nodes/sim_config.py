@@ -99,6 +99,11 @@ class SimConfig(SimulatorConfig):
         minimum=0.0,
     )
     initial_pose: InitialPose = field(default_factory=InitialPose)
+    placed_by_estimate: bool = fixed(
+        False,
+        "Whether a pose on 'initialpose' puts the robot there, as in Nav2's loopback simulator: the"
+        " world is then that of the map.",
+    )
     viewer: bool = fixed(
         False,
         "Whether MuJoCo's own viewer shows the world, in real time and where there is a screen.",

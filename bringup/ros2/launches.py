@@ -87,6 +87,15 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
             ("ros_ign_gazebo", "ign_gazebo.launch.py", _GZ_ARGS),
         )
     },
+    **{
+        ("nav2_loopback_sim", file): Launch(
+            ("sim", *_BURGER, "--param", "placed_by_estimate:=true"),
+            {"map": "--world", "namespace": "--namespace"},
+            (),
+            ("params_file", "scan_frame_id"),
+        )
+        for file in ("loopback_simulation.launch.py", "loopback_sim_launch.py")
+    },
     ("ros_gz_sim", "gz_spawn_model.launch.py"): Launch(
         ("run", "ros_gz_sim", "create"), _SPAWN, (), ("allow_renaming", "world")
     ),
@@ -135,17 +144,25 @@ LAUNCHES: dict[tuple[str, str], Launch] = {
 
 
 _WORLD_OF_TB3 = "turtlebot3_gazebo", "turtlebot3_world.launch.py"
+_NAV2_AND_VIEW = {
+    ("nav2_bringup", "bringup_launch.py"): "",
+    ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+}
 COMPOSED = {
     **{
-        ("nav2_bringup", f"{name}_launch.py"): {
+        ("nav2_bringup", f"{robot}_simulation_launch.py"): {
             _WORLD_OF_TB3: "use_simulator",
-            ("nav2_bringup", "bringup_launch.py"): "",
-            ("nav2_bringup", "rviz_launch.py"): "use_rviz",
+            **_NAV2_AND_VIEW,
         }
-        for name in (
-            *("tb3_simulation", "tb3_loopback_simulation"),
-            *("tb4_simulation", "tb4_loopback_simulation"),
-        )
+        for robot in ("tb3", "tb4")
+    },
+    **{
+        ("nav2_bringup", f"{robot}_loopback_simulation{ending}"): {
+            ("nav2_loopback_sim", "loopback_simulation.launch.py"): "",
+            **_NAV2_AND_VIEW,
+        }
+        for robot in ("tb3", "tb4")
+        for ending in (".launch.py", "_launch.py")
     },
     ("ros_gz_sim", "ros_gz_sim.launch.py"): {
         ("ros_gz_sim", "gz_server.launch.py"): "",

@@ -74,7 +74,7 @@ def _command(launch: Launch, given: dict[str, str]) -> list[str]:
     elif "use_sim_time" in given and clock == "true" and any("params_file" in key for key in given):
         rest += ["--use-sim-time", "true"]  # whatever the file says
     first = "robot" if first == "nav" and clock == "false" else first
-    if "map" in launch.options:
+    if "map" in launch.options and first in _STACK_COMMANDS:
         rest += _located(given)
     if first in _STACK_COMMANDS and Path(given.get("params_file", "")).is_file():
         beside = nodes_beside_navigation(load_parameters([Path(given["params_file"])]))

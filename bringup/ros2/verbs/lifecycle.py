@@ -4,14 +4,21 @@ from __future__ import annotations
 
 import argparse
 import sys
+from collections.abc import Iterable
 from typing import Any
 
+from lifecycle_msgs.msg import Transition
 from lifecycle_msgs.srv import ChangeState, GetAvailableTransitions, GetState
 
 from bringup.ros2.client import Client, print_names, say_failed
 from bringup.ros2.errors import Ros2Error
 
 _GET_STATE = "lifecycle_msgs/srv/GetState"
+_UP = (
+    Transition(id=Transition.TRANSITION_CONFIGURE, label="configure"),
+    Transition(id=Transition.TRANSITION_ACTIVATE, label="activate"),
+)
+"""What a node that came up by itself takes as done; by their labels others refuse it unharmed."""
 
 
 def nodes(arguments: argparse.Namespace) -> None:
@@ -75,6 +82,11 @@ def _transitions(client: Client, node: str, service: str) -> list[Any]:
     return list(answer.available_transitions)
 
 
+def _chosen(transitions: Iterable[Any], wanted: str) -> Any:
+    """Return the transition of a label or number, None without one."""
+    return next((item for item in transitions if wanted in (item.label, str(item.id))), None)
+
+
 def set_(arguments: argparse.Namespace) -> None:
     """Make a node go through a transition, named by label or number."""
     with Client(arguments) as client:
@@ -82,16 +94,18 @@ def set_(arguments: argparse.Namespace) -> None:
         offered = [
             item.transition for item in _transitions(client, node, "get_available_transitions")
         ]
-        wanted = arguments.transition
-        chosen = next((item for item in offered if wanted in (item.label, str(item.id))), None)
-        if chosen is None:
+        chosen = _chosen(offered, arguments.transition)
+        asked, success = chosen or _chosen(_UP, arguments.transition), False
+        if asked:
+            request = ChangeState.Request(transition=asked)
+            # a node may read a large map while it is configured
+            answer = client.call(ChangeState, f"{node}/change_state", request, timeout=60.0)
+            success = answer.success
+        if not chosen and not success:
             lines = [f"- {item.label} [{item.id}]" for item in offered]
             title = "Unknown transition requested, available ones are:"
             raise Ros2Error("\n".join([title, *lines]))
-        request = ChangeState.Request(transition=chosen)
-        # a node may read a large map while it is configured
-        answer = client.call(ChangeState, f"{node}/change_state", request, timeout=60.0)
-    if answer.success:
+    if success:
         print("Transitioning successful")
     else:
         sys.stderr.write("Transitioning failed\n")

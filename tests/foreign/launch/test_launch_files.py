@@ -251,7 +251,7 @@ def test_nav2_s_several_robots_are_one_world_and_navigation_for_each(
     assert "robots: 'x' is no robot; valid: NAME={x" in started(str(file), "robots:=x").said
 
 
-@pytest.mark.parametrize("name", ["tb3_simulation", "tb4_loopback_simulation"])
+@pytest.mark.parametrize("name", ["tb3_simulation", "tb4_simulation"])
 def test_nav2_s_simulation_is_world_navigation_and_view(name: str, started: Launch) -> None:
     file = add_prefix() / "share/nav2_bringup/launch" / f"{name}_launch.py"
     start = "arjuna sim --robot urdf/burger.urdf --world worlds/pillar_arena.world --at"
@@ -264,6 +264,19 @@ def test_nav2_s_simulation_is_world_navigation_and_view(name: str, started: Laun
     assert started(str(file), "use_rviz:=False", "slam:=True").lines == [
         f"{start} -2 -0.5",
         "arjuna nav --slam",
+    ]
+
+
+@pytest.mark.parametrize("ending", [".launch.py", "_launch.py"])
+def test_nav2_s_loopback_is_the_map_s_world_and_the_robot_where_it_is_said_to_be(
+    ending: str, started: Launch
+) -> None:
+    file = add_prefix() / f"share/nav2_bringup/launch/tb3_loopback_simulation{ending}"
+    words = ("use_rviz:=False", "params_file:=p", "map:=maps/office.yaml")
+    assert started(str(file), *words).lines == [
+        "arjuna sim --robot urdf/burger.urdf --param placed_by_estimate:=true"
+        " --world maps/office.yaml",
+        "arjuna nav --map maps/office.yaml --params p",
     ]
 
 

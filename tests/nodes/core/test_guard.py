@@ -135,12 +135,13 @@ def test_forbidden_transitions_fail(bench: RosBench, node: FragileNode, transiti
     assert bench.call(GetState, "fragile/get_state", GetState.Request()).current_state.id == 3
 
 
+@pytest.mark.parametrize("label", ["", "configure", "activate"])
 @pytest.mark.parametrize("transition", [1, 3])  # as of a client that brings it up
 def test_a_transition_to_where_it_is_succeeds(
-    bench: RosBench, node: FragileNode, transition: int
+    bench: RosBench, node: FragileNode, transition: int, label: str
 ) -> None:
     request = ChangeState.Request()
-    request.transition.id = transition
+    request.transition.id, request.transition.label = transition, label
     assert bench.call(ChangeState, "fragile/change_state", request).success
     assert not bench.process.guard.tallies
 

@@ -8,7 +8,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
-from geometry_msgs.msg import Twist, TwistStamped, Vector3
+from geometry_msgs.msg import PoseWithCovarianceStamped, Twist, TwistStamped, Vector3
 from nav_msgs.msg import Odometry
 from rclpy.lifecycle import TransitionCallbackReturn
 from rosgraph_msgs.msg import Clock
@@ -18,7 +18,8 @@ from tf2_msgs.msg import TFMessage
 from arjuna_core.errors import ConfigError
 from arjuna_core.files.shipped import shipped_file
 from arjuna_core.ros import qos
-from arjuna_core.ros.convert import seconds
+from arjuna_core.ros.convert import quaternion, seconds
+from arjuna_core.se2 import SE2
 from arjuna_sim.model.robot import SOLO
 from arjuna_sim.nodes.sim import SimNode
 from tests.helpers.ros import RosBench
@@ -200,3 +201,25 @@ def test_what_was_kept_and_cannot_be_read_is_said(
     sim.trigger_deactivate()
     sim.trigger_cleanup()
     assert not (tmp_path / "sim").exists()
+
+
+def test_a_robot_placed_by_estimates_is_where_the_last_says_and_its_odometry_does_not_notice(
+    bench: RosBench, capfd: pytest.CaptureFixture[str]
+) -> None:
+    world = str(shipped_file("maps/office.yaml"))
+    sim = start_sim(bench, world=world, placed_by_estimate=True)
+    run(bench, sim, 5)
+    estimate = PoseWithCovarianceStamped()
+
+    def said(x: float) -> SE2:
+        estimate.pose.pose.position.x, estimate.pose.pose.orientation = x, quaternion(1.0)
+        bench.publish(PoseWithCovarianceStamped, "/initialpose", estimate)
+        run(bench, sim, 5)
+        assert sim.last is not None
+        assert abs(sim.last.odometry.T_odom_base.x) < 0.01
+        return sim.last.truth.pose
+
+    assert said(-1.0).distance(SE2(-1.0, 0.0, 1.0)) < 0.01
+    for x, problem in ((math.nan, "finite"), (-9.9, "the pose is blocked by ")):
+        assert said(x).distance(SE2(-1.0, 0.0, 1.0)) < 0.01
+        assert problem in capfd.readouterr().err
