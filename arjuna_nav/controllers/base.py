@@ -207,6 +207,8 @@ class PathController:
     """The robot, the path and the values on display that the controllers here have.
 
     Attributes:
+        asked_limit: The speed limit that others ask for, a zone's [m/s]; inf for none. Nav2's DWB
+            and MPPI turn slower by it too, so that bends stay the same.
         wanted: The topics of values that somebody listens to.
         shown: Values by topic, of the last command.
     """
@@ -221,7 +223,7 @@ class PathController:
     ) -> None:
         self._config, self._footprint, self._path = config, footprint, path
         self._xy_goal_tolerance, self._period = xy_goal_tolerance, period
-        self.speed_limit = math.inf
+        self.speed_limit = self.asked_limit = math.inf
         self.carrot: SE2 | None = None
         self.wanted: frozenset[str] = frozenset()
         self.shown: dict[str, Any] = {}

@@ -136,6 +136,8 @@ class RotationShim(PathController):
             return turn
         self._turning = False
         self._primary.speed_limit = self.speed_limit
+        if isinstance(self._primary, PathController):
+            self._primary.asked_limit = self.asked_limit
         want(self._primary, self.wanted)
         result = self._primary.compute(pose, velocity, costmap, now)
         self.shown = shown_by(self._primary)

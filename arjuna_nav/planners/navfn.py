@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -13,7 +13,7 @@ from arjuna_core.config import param
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from arjuna_nav.planners.base import GridPlannerConfig, PlanResult
+from arjuna_nav.planners.base import GridPlannerConfig, PlanResult, PlanStatus
 from arjuna_nav.planners.nearby import Plan, nearby_first
 from arjuna_nav.planners.query import Query, ask
 from arjuna_nav.planners.theta_star import line_cost
@@ -67,6 +67,8 @@ class NavFn:
     def _plan(self, costmap: Costmap, costs: Singles, start: SE2, goal: SE2) -> Plan:
         query = ask(self._config, costmap, start, goal, self._config.use_final_approach_orientation)
         if isinstance(query, PlanResult):
+            if query.status is PlanStatus.START_OCCUPIED:  # as Nav2's: then recoveries are tried
+                query = replace(query, status=PlanStatus.NO_VALID_PATH)
             return Plan(query)
         direct = _straight(query, costs)
         if direct is not None:

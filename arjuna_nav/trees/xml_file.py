@@ -59,6 +59,8 @@ _SHARING = ("_autoremap", "__autoremap", "__shared_blackboard")
 _OWN_NAME = ("{=}", "=")
 """Texts of a port whose entry has the port's own name."""
 _IGNORED = ("_description", "_fullpath", "_uid")
+_BUILT_IN = ("nav2_", "opennav_dock_", "opennav_undock_")
+"""What names of libraries begin with whose nodes are here."""
 
 
 class UnknownNodeError(TreeError):
@@ -76,14 +78,14 @@ def with_own_nodes(modules: Iterable[str]) -> tuple[Mapping[str, type[TreeNode]]
     """Return the nodes that a tree may have with those of a user's modules, by name.
 
     Args:
-        modules: Names of Python modules. Nav2's libraries, `nav2_...`, are built in.
+        modules: Names of Python modules. Libraries of Nav2 and its docking are built in.
 
     Returns:
         The nodes, and why modules are left out.
     """
     nodes, problems = dict(NODES), []
     for name in modules:
-        if name.startswith("nav2_"):
+        if name.startswith(_BUILT_IN):
             continue
         try:
             nodes |= nodes_in(importlib.import_module(name))

@@ -15,6 +15,7 @@ from bringup.parameters.files import Parameters, for_node, merged, shipped_param
 from bringup.parameters.remarks import Kind, Remark
 from bringup.parameters.sources import COSTMAPS, OUTLINE, keys_by_name, of_names
 from bringup.stack import (
+    AMCL,
     COLLISION_MONITOR,
     CONTROLLER_SERVER,
     EKF,
@@ -26,6 +27,8 @@ from bringup.stack import (
     fusion_nodes,
 )
 
+_MAP_TF = "tf_broadcast"
+"""Whether AMCL says where the map is."""
 _OUTLINES = {**dict.fromkeys(COSTMAPS, ""), "explorer": "costmap."}
 """The nodes with a costmap, and what stands before its parameters."""
 _STEERED, _RADIUS = (
@@ -187,7 +190,7 @@ def lacking(driven: Driven) -> Iterator[Remark]:
 def other_names(
     parameters: Parameters, driven: Driven, groups: Iterable[Group], namespace: str = ""
 ) -> Iterator[Remark]:
-    """Yield the topics and frames that nothing gives where a simulated robot drives.
+    """Yield the topics, frames and transforms that nothing gives where a simulated robot drives.
 
     Odometry may come from robot_localization's nodes, by any name, where a file has them.
 
@@ -197,7 +200,7 @@ def other_names(
     from arjuna_sim.inputs import frames_and_topics, names_of
 
     its, given = names_of(driven.robot, driven.is_fused), frames_and_topics(driven.robot)
-    if fusion_nodes(parameters):
+    if fused := fusion_nodes(parameters):
         del given["odom_topic"], given["odom_frame"]
     found: dict[tuple[str, str], dict[str, list[str]]] = {}
     for spec in (spec for group in groups for spec in group.nodes if spec != EKF):
@@ -223,7 +226,11 @@ def other_names(
         too = f" (also {', '.join(others)})" if others else ""
         reason = f"'{name}', but the robot's own is '{own}'{too}: if no node of yours gives it,"
         yield Remark(Kind.UNLIKE, where, f"{reason} {advice}")
-    if any(COLLISION_MONITOR in group.nodes for group in groups):
+    nodes_of = [node for group in groups for node in group.nodes]
+    if AMCL in nodes_of and not fused and not parameters.get(AMCL.name, {}).get(_MAP_TF, True):
+        advice = f"map -> odom: if no node of yours does, --param '{AMCL.name}:{_MAP_TF}:=true'"
+        yield Remark(Kind.UNLIKE, f"{AMCL.name}: {_MAP_TF}", f"false, and nothing gives {advice}")
+    if COLLISION_MONITOR in nodes_of:
         own = driven.robot.drive.command_topic.strip("/")
         yield from _other_commands(parameters, own, namespace)
 

@@ -144,9 +144,12 @@ class Dwb(PathController):
             min(side_max, drift + config.acc_lim_y * reach),
             config.vy_samples,
         )
+        desired = self.desired_speed
+        w_max = config.max_vel_theta
+        w_max *= min(1.0, self.asked_limit / desired) if desired > 0.0 else 1.0
         w = _spaced(
-            max(-config.max_vel_theta, velocity.yaw_rate - config.acc_lim_theta * reach),
-            min(config.max_vel_theta, velocity.yaw_rate + config.acc_lim_theta * reach),
+            max(-w_max, velocity.yaw_rate - config.acc_lim_theta * reach),
+            min(w_max, velocity.yaw_rate + config.acc_lim_theta * reach),
             config.vtheta_samples,
         )
         grid = np.stack(np.meshgrid(v, side, w, indexing="ij"), axis=-1).reshape(-1, 3)

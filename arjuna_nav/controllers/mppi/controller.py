@@ -136,14 +136,15 @@ class Mppi(PathController):
 
     def _limits(self) -> Limits:
         config = self._config
+        share = min(1.0, self.asked_limit / config.vx_max) if config.vx_max > 0.0 else 1.0
         return Limits(
-            max(config.vx_min, -self.speed_limit),
+            max(config.vx_min * share, -self.speed_limit),
             min(config.vx_max, self.speed_limit),
-            config.wz_max,
+            config.wz_max * share,
             abs(config.ax_max),
             abs(config.ax_min),
             config.az_max,
-            min(config.vy_max, self.speed_limit),
+            min(config.vy_max * share, self.speed_limit),
             abs(config.ay_max),
             abs(config.ay_min),
             self.turning_radius,

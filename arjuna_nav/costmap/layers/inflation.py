@@ -50,6 +50,13 @@ class InflationLayer(Layer):
     def reach(self) -> int:
         return self._inflation.reach
 
+    def warning(self) -> str:
+        radius, inner = self.config.inflation_radius, self.master.footprint.inscribed_radius
+        if radius >= inner:
+            return ""
+        text = f"inflation_radius {radius:g} m is less than the inscribed radius of the footprint,"
+        return f"{text} {inner:.3g} m: the robot may touch what its costs let it pass"
+
     def write(self, costs: Bytes, window: Window) -> None:
         self._inflation.apply(costs)
 

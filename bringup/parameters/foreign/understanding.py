@@ -144,6 +144,7 @@ class _Section:
         for key in own if self._node in nav2.COSTMAPS else ():
             layer, _, last = key.rpartition(".")
             named = any(name.startswith(f"{layer}.") for name in given)
+            named |= layer in (given.get("plugins") or ())
             if last == _SOURCES and layer and named and not self.values.get(key, own[key]):
                 where = f"{self._node}: {layer}"
                 remarks.append(Remark(Kind.NO_EFFECT, where, _BLIND, safety=True))

@@ -315,6 +315,24 @@ def test_commands_that_do_not_reach_the_robot_are_told(
     assert said_of([*words, *advice], capsys) == []
 
 
+def test_a_map_that_nothing_places_is_told(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Files of robots with GPS, whose filters lie in other files: each goal was aborted."""
+    text = "amcl: {ros__parameters: {tf_broadcast: false}}"
+    told = "unlike the robot: amcl: tf_broadcast: false, and nothing gives map -> odom"
+    words = ["nav", "--map", "maps/arjuna_room.yaml", "--params"]
+    gather(parse([*words, str(written(tmp_path, text, "amcl.yaml"))]))
+    said = capsys.readouterr().err
+    assert told in said
+    advice = shlex.split(said[said.index("--param ") :].splitlines()[0])
+    gather(parse([*words, str(tmp_path / "amcl.yaml"), *advice]))
+    assert told not in capsys.readouterr().err
+    fused = f"{text}\nekf_map: {{ros__parameters: {{odom0: odom, odom0_config: {[True] * 15}}}}}"
+    gather(parse([*words, str(written(tmp_path, fused, "fused.yaml"))]))
+    assert told not in capsys.readouterr().err
+
+
 @pytest.mark.parametrize("file", FILES)
 def test_stock_files_have_the_robot_s_names(
     file: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]

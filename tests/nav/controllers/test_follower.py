@@ -20,7 +20,7 @@ from arjuna_nav.controllers.escape import Escape
 from arjuna_nav.controllers.follower import FollowerConfig, FollowResult, FollowState, PathFollower
 from arjuna_nav.costmap import Costmap
 from arjuna_nav.costmap.footprint import Footprint
-from tests.nav.worlds import block, costmap_of, empty_grid, grid_of, polyline
+from tests.nav.worlds import Unicycle, block, costmap_of, empty_grid, grid_of, polyline
 
 ROBOT = Footprint.circle(0.25)
 FREE = costmap_of(empty_grid(8.0, 4.0))
@@ -196,6 +196,34 @@ def test_the_lowest_speed_limit_holds(config_limit: float, limit: float, given: 
     followed.follower.speed_limit = limit
     followed.tick(0.0)
     assert followed.script.speed_limit == given
+
+
+@pytest.mark.parametrize(
+    ("plugin", "most", "key"),
+    [
+        ("dwb_core::DWBLocalPlanner", 1.0, "max_vel_theta"),
+        ("nav2_mppi_controller::MPPIController", 1.0, "wz_max"),
+    ],
+)
+def test_a_speed_zone_slows_turns_too(plugin: str, most: float, key: str) -> None:
+    """As Nav2's, whose bends stay the same; the robot turned at its full rate in each zone."""
+    fastest = []
+    for limit in (math.inf, 0.1):
+        followed = Followed(
+            polyline([(5.0, 2.0), (2.0, 2.0)], math.pi),
+            **{"FollowPath.plugin": plugin, f"FollowPath.{key}": most, "foresight.enabled": False},
+        )
+        speed = followed.follower.controller.desired_speed
+        followed.follower.speed_limit = limit
+        robot = Unicycle(SE2(5.0, 2.0, 0.5))
+        rates = []
+        for k in range(40):
+            answer = followed.tick(0.05 * k, robot.pose, robot.velocity, FREE)
+            robot.drive(answer.velocity)
+            rates.append(abs(answer.velocity.yaw_rate))
+        fastest.append(max(rates))
+    assert fastest[0] > 0.8 * most
+    assert fastest[1] == pytest.approx(most * 0.1 / speed, rel=0.05)
 
 
 def test_who_does_not_get_on_fails_with_the_reason() -> None:

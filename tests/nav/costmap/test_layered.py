@@ -13,6 +13,7 @@ from arjuna_core.scan import Scan
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap import Costmap, CostmapConfig, LayeredCostmap, PlacedScan
 from arjuna_nav.costmap.costmap import LETHAL, occupancy_of
+from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import Inflation, cost_at_distance
 from arjuna_nav.costmap.layers.static import interpret_map
 from tests.helpers.nav.layers import costmap_config, scans, see
@@ -101,6 +102,22 @@ def test_a_rolling_window_keeps_obstacles_where_they_are() -> None:
     layered.update(SE2(-2.0, 0.0), 9.0)
     layered.update(SE2(), 9.1)
     assert not layered.costmap.data.any(), "what left the window is forgotten"
+
+
+def test_an_inflation_within_the_footprint_is_told() -> None:
+    """Students' files have radii of 0.32 m and inflation of 0.2 m; Nav2 logs it as an error."""
+    layered = LayeredCostmap(
+        costmap_config(
+            rolling_window=True,
+            robot_radius=0.32,
+            plugins=("inflation_layer",),
+            inflation_layer={"inflation_radius": 0.2},
+        )
+    )
+    (warning,) = layered.warnings()
+    assert warning.startswith("inflation_layer: inflation_radius 0.2 m is less than the inscribed")
+    layered.set_footprint(Footprint.circle(0.15))
+    assert layered.warnings() == []
 
 
 def test_obstacles_keep_their_position_when_the_map_grows() -> None:

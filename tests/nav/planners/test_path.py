@@ -126,7 +126,7 @@ def test_a_dead_end_as_wide_as_the_robot_is_left_by_its_mouth() -> None:
     assert np.abs(inside[:, 1] - 1.95).max() < 0.25, "between the walls all the way"
     assert all(costmap.cost_at(x, y) != 254 for x, y in inside[:, :2])
     shallow = NavFn(NavFnConfig(escape_radius=0.5)).plan(costmap, start, goal)
-    assert shallow.status is PlanStatus.START_OCCUPIED
+    assert shallow.status is PlanStatus.NO_VALID_PATH, "as Nav2's NavFn, which recoveries may help"
 
 
 def test_the_nearest_exit_is_not_taken_where_it_leads_nowhere() -> None:

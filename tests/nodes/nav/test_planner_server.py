@@ -116,7 +116,7 @@ FAILURES: list[tuple[int, dict[str, Any]]] = [
     (Result.TF_ERROR, {"goal": broken()}),
     (Result.START_OUTSIDE_MAP, {"goal": GOAL, "start": stamped(SE2(9.0, 0.0)), "use_start": True}),
     (Result.GOAL_OUTSIDE_MAP, {"goal": SE2(0.0, -7.0)}),
-    (Result.START_OCCUPIED, {"goal": GOAL, "start": stamped(IN_BOX), "use_start": True}),
+    (Result.NO_VALID_PATH, {"goal": GOAL, "start": stamped(IN_BOX), "use_start": True}),
     (Result.GOAL_OCCUPIED, {"goal": IN_BOX}),
     (Result.NO_VALID_PATH, {"goal": IN_RING}),
 ]

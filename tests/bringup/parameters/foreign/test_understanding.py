@@ -187,6 +187,17 @@ def test_a_layer_without_sources_sees_nothing() -> None:
     assert understood({LOCAL: listed}).remarks == []
 
 
+def test_a_listed_layer_without_a_section_sees_nothing() -> None:
+    """A shortened file: Nav2 has its class by default, and no sources for it."""
+    listed = {
+        "plugins": ["static_layer", "obstacle_layer", "inflation_layer"],
+        "inflation_layer.plugin": "nav2_costmap_2d::InflationLayer",
+    }
+    (blind,) = understood({"global_costmap/global_costmap": listed}).remarks
+    assert "obstacle_layer: without observation_sources it sees no obstacles" in str(blind)
+    assert blind.safety
+
+
 def test_zones_without_sources_see_nothing() -> None:
     given = {"polygons": ["Near"], "Near.type": "circle", "Near.radius": 0.3}
     (blind,) = understood({"collision_monitor": given}).remarks
