@@ -9,6 +9,7 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from ros_gz_interfaces.msg import Contacts
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
+from std_msgs.msg import Float64
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
@@ -149,3 +150,30 @@ def test_a_mover_is_commanded_by_its_topic_also_of_a_world_that_is_loaded(
     assert moved("cart") == pytest.approx(0.5, abs=0.05)
     sim.simulator.stage.load(load_world(world_of(tmp_path, mover.format("van"))))
     assert moved("van") == pytest.approx(0.5, abs=0.05)
+
+
+def test_topics_that_ros_cannot_spell_are_published_as_it_can(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    eyes = LIDAR.format("<topic>front-eye/0/scan</topic>"), LIDAR.format("")
+    models = [model(f"{i}-pole", f"2 {i} 0 0 0 0", BOX + eye) for i, eye in enumerate(eyes)]
+    sim = start_sim(bench, world=str(world_of(tmp_path, *models)))
+    scans = bench.collect(LaserScan, "/front_eye/_0/scan", qos.SENSOR_SUBSCRIPTION)
+    below = bench.collect(LaserScan, "/_1_pole/scan", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 25)
+    assert scans
+    assert below
+
+
+def test_a_joint_of_a_model_turns_by_its_plugins_topic(bench: RosBench, tmp_path: Path) -> None:
+    plugin = "<plugin filename='gz-sim-joint-controller-system' name='c'><joint_name>j</joint_name>"
+    turntable = model("table", "0 3 .1 0 0 0", BOX, static=False).replace(
+        "</model>",
+        "<joint name='j' type='continuous'><parent>world</parent><child>l</child>"
+        f"<axis><xyz>0 0 1</xyz></axis></joint>{plugin}</plugin></model>",
+    )
+    sim = start_sim(bench, world=str(world_of(tmp_path, turntable)))
+    bench.publish(Float64, "/model/table/joint/j/cmd_vel", Float64(data=0.5), qos.LATEST)
+    run(bench, sim, 100)
+    (name,) = sim.simulator.stage.world.motors
+    assert sim.simulator.stage.motion(name).pose.planar().theta == pytest.approx(1.0, abs=0.05)
