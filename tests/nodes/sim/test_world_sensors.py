@@ -16,7 +16,7 @@ from arjuna_core.ros import qos
 from arjuna_sim.files.world_file import load_world
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
-from tests.sim.builders import texts
+from tests.sim.builders import simulator, texts
 
 GROUND = "<include><uri>model://ground_plane</uri></include>"
 BOX = "<collision name='c'><geometry><box><size>.2 .2 .2</size></box></geometry></collision>"
@@ -25,6 +25,10 @@ LIDAR = (
     "{}<lidar><scan><horizontal><samples>3</samples><min_angle>-1.5707963</min_angle>"
     "<max_angle>1.5707963</max_angle></horizontal></scan><range><min>.05</min><max>20</max></range>"
     "</lidar></sensor>"
+)
+PRISM = (
+    "<polyline><point>-.04 -.04</point><point>.04 -.04</point><point>.04 .04</point>"
+    "<point>-.04 .04</point><height>1</height></polyline>"
 )
 CAMERA = (
     "<sensor name='lens' type='camera'><update_rate>10</update_rate><topic>street</topic><camera>"
@@ -150,6 +154,17 @@ def test_a_mover_is_commanded_by_its_topic_also_of_a_world_that_is_loaded(
     assert moved("cart") == pytest.approx(0.5, abs=0.05)
     sim.simulator.stage.load(load_world(world_of(tmp_path, mover.format("van"))))
     assert moved("van") == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("shape", ["<box><size>.08 .08 2</size></box>", PRISM])
+def test_a_lidar_of_the_world_sees_out_of_its_housing(tmp_path: Path, shape: str) -> None:
+    """Its beams begin at its least range, beyond which it sees its own model too."""
+    wall = BOX.replace("'c'>", "'w'><pose>0 2 0 0 0 0</pose>").replace(".2 .2 .2", "1 .2 2")
+    housing = f"<collision name='c'><geometry>{shape}</geometry></collision>"
+    inside = housing + wall + LIDAR.format("")
+    sim = simulator(world_of(tmp_path, model("post", "9 9 0 0 0 0", inside)))
+    scan = sim.fixed.sense(sim.fixed.settings[0], 0.0)
+    assert scan.ranges == pytest.approx((np.inf, np.inf, 1.9))
 
 
 def test_topics_that_ros_cannot_spell_are_published_as_it_can(
