@@ -138,7 +138,7 @@ class Lidar:
         """Return exact distances from one point along unit vectors, inf where nothing is hit."""
         # A surface 6 sigma beyond the range is read within it once in 1e9 beams.
         reach = self._settings.range_max + 6.0 * self._noise
-        return self._rays.cast(data, origin, rays, reach)
+        return self._rays.cast(data, origin, rays, self._settings.range_min, reach)
 
 
 @simulates(LidarSettings)
@@ -194,7 +194,8 @@ class Beams(StaticDevice):
         """Return the distances with their noise, inf where nothing is hit [m]."""
         site = self._caster.site
         rays = self._rays @ data.site_xmat[site].reshape(3, 3).T
-        ranges = self._caster.cast(data, data.site_xpos[site], rays, self._settings.range_max)
+        ends = self._settings.range_min, self._settings.range_max
+        ranges = self._caster.cast(data, data.site_xpos[site], rays, *ends)
         if self._settings.noise > 0.0:
             ranges += self._settings.noise * self._rng.standard_normal(len(ranges))
         return ranges

@@ -32,6 +32,7 @@ _inlined = njit(cache=True, error_model="numpy", forceinline=True)  # a call cos
 def cast(
     origin: Floats,
     rays: Floats,
+    least: float,
     reach: float,
     seen: Ints,
     kinds: NDArray[np.int32],
@@ -46,6 +47,7 @@ def cast(
     Args:
         origin: Where all begin, `(3,) float64` [m].
         rays: Unit vectors, `(N, 3) float64`.
+        least: What a ray meets nearer than this it passes through [m].
         reach: What is further away as a whole is not seen [m].
         seen: Which geoms count, each of one of the `SOLIDS`, `(S,) int64`.
         kinds: MuJoCo's `geom_type`, `(G,) int32`.
@@ -78,7 +80,9 @@ def cast(
             if along < cone or along - bound > ranges[k]:
                 continue
             direction = _turned(turned, a, b, c)
-            ranges[k] = min(ranges[k], _distance(kind, size, start, direction))
+            distance = _distance(kind, size, start, direction)
+            if least <= distance < ranges[k]:
+                ranges[k] = distance
 
 
 @_inlined
@@ -185,6 +189,8 @@ def _to_plane(size: Triple, start: Triple, direction: Triple) -> float:
 class Rays:
     """Casts rays of a sensor, which sees the world and other robots but not its own.
 
+    Those of a sensor of the world begin at its least range, as in Gazebo: it may sit in a housing.
+
     Args:
         rendered: Whether it sees what is drawn, as Gazebo's `gpu_` sensors; else what is solid.
     """
@@ -207,26 +213,35 @@ class Rays:
         own = model.body_rootid[model.site_bodyid[self.site]]
         is_world = model.geom_group == self._world.value
         is_robot = model.geom_group == self._robot.value
-        others = is_robot & (model.body_rootid[model.geom_bodyid] != own)
+        is_own = model.body_rootid[model.geom_bodyid] == own
+        self._is_of_world = not (is_robot & is_own).any()
+        others = is_robot & ~is_own
         self._others = np.flatnonzero(others)
         self._seen = np.flatnonzero((others | is_world) & _is_opaque(model))
         self._are_solids = bool(np.isin(model.geom_type[self._seen], SOLIDS).all())
 
-    def cast(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:
+    def cast(self, data: Any, origin: Floats, rays: Floats, least: float, reach: float) -> Floats:
         """Return exact distances from one point along unit vectors, inf where nothing is hit [m].
 
         Args:
             data: The `mujoco.MjData`, with positions up to date.
             origin: The point, `(3,) float64` [m].
             rays: The unit vectors, `(N, 3) float64`.
+            least: The sensor's least range [m].
             reach: How far they go [m].
         """
+        least = least if self._is_of_world else 0.0
         if not self._are_solids:
-            return self._cast_at_meshes(data, origin, rays, reach)
+            ranges = self._cast_at_meshes(data, origin, rays, reach)
+            for k in np.flatnonzero(ranges < least):
+                begin, ray = origin + least * rays[k], rays[k : k + 1]
+                ranges[k] = least + self._cast_at_meshes(data, begin, ray, reach)[0]
+            return ranges
         model, ranges = self._model, np.empty(len(rays))
         kinds, sizes, bounds = model.geom_type, model.geom_size, model.geom_rbound
         positions, rotations = data.geom_xpos, data.geom_xmat
-        cast(origin, rays, reach, self._seen, kinds, sizes, bounds, positions, rotations, ranges)
+        shapes = self._seen, kinds, sizes, bounds, positions, rotations
+        cast(origin, rays, least, reach, *shapes, ranges)
         return ranges
 
     def _cast_at_meshes(self, data: Any, origin: Floats, rays: Floats, reach: float) -> Floats:

@@ -83,8 +83,9 @@ class SearchPath:
         )
 
     def package(self, beside: Path, name: str) -> Path | None:
-        """Return the folder of a package, or None."""
-        return next(self._folders(beside, name), None)
+        """Return the folder of a package, or None: of those of its name one that has a manifest."""
+        found = list(self._folders(beside, name))
+        return next((one for one in found if is_file(one / MANIFESTS[0])), next(iter(found), None))
 
     def find(self, beside: Path, uri: str) -> Path | None:
         """Resolve a path, or a `file://`, `package://` or `model://` URI, to an existing file.

@@ -71,8 +71,7 @@ class SensorTag:
 
     def own_topic(self, last: str) -> str:
         """Return the topic of a sensor whose file names none: its name, and what it publishes."""
-        name = re.sub(r"[^\w/]+", "_", self.name or last)
-        return f"{name}/{last}"
+        return f"{self.name or last}/{last}"
 
     def placed(self) -> Element:
         """Return the tag with its pose in the link."""

@@ -6,6 +6,7 @@ from collections.abc import Iterator
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.settings import spelled
 
 _COLOURS = {
     "red": (0.8, 0.1, 0.1, 1.0),
@@ -79,7 +80,7 @@ def remappings(element: Element) -> Iterator[tuple[str, str]]:
 
 
 def topic(element: Element, default: str, remapped: str, *names: str) -> str:
-    """Return a topic: a remapping of the ROS 2 spelling wins over the tag.
+    """Return a topic as ROS spells it: a remapping of the ROS 2 spelling wins over the tag.
 
     Args:
         remapped: What ROS 2 remaps, such as `~/out` or `cmd_vel`.
@@ -91,7 +92,7 @@ def topic(element: Element, default: str, remapped: str, *names: str) -> str:
             found = target
     found = found if found != "__default_topic__" else default
     space = text_of(element, "robotnamespace", "namespace").strip("/")
-    return f"/{space}/{found}" if space and not found.startswith("/") else found
+    return spelled(f"/{space}/{found}" if space and not found.startswith("/") else found)
 
 
 def gazebo_colour(name: str) -> tuple[float, ...] | None:

@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import importlib
 import pkgutil
+import re
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from enum import Enum
 from functools import cache
 from typing import Any, ClassVar, NamedTuple, TypeVar
@@ -28,6 +29,11 @@ BRIDGES = "/_bridges"
 """A topic that each bridge to Gazebo Sim's topics advertises; below it `/tf`, if it hands that on.
 """
 S = TypeVar("S", bound="SensorSettings")
+
+
+def spelled(topic: str) -> str:
+    """Return a topic of Gazebo Sim's as ROS can spell it: of `/eye-1/0/scan` `/eye_1/_0/scan`."""
+    return re.sub(r"(^|/)(?=\d)", r"\1_", re.sub(r"[^A-Za-z0-9_/~{}]+", "_", topic))
 
 
 class DriveKind(Enum):
@@ -188,6 +194,12 @@ class SensorSettings:
     pose: Pose3 = ORIGIN
     serves: bool = True
     is_named: bool = False
+
+    def __post_init__(self) -> None:
+        """Spell its topics as ROS can."""
+        for name in (each.name for each in fields(self) if each.name.endswith("topic")):
+            if isinstance(topic := getattr(self, name), str):
+                object.__setattr__(self, name, spelled(topic))
 
     @property
     def site(self) -> str:

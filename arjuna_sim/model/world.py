@@ -19,6 +19,7 @@ from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
 from arjuna_sim.model.geometry.shapes import Kind, Part, Shape
+from arjuna_sim.model.joints import Gains
 from arjuna_sim.model.look import Look
 from arjuna_sim.model.notes import Note
 from arjuna_sim.model.settings import SensorSettings
@@ -205,6 +206,24 @@ class Mover(NamedTuple):
     topic: str
 
 
+class Motor(NamedTuple):
+    """What turns a part of a model by its hinge.
+
+    Attributes:
+        topic: Of its commands.
+        command: What they are: a position, a velocity or an effort.
+        start: The command at the start [rad or m, rad/s or m/s, N m or N].
+        gains: Of a position, where the file gives them; else they are derived from what it moves.
+        most: Its greatest effort [N m or N].
+    """
+
+    topic: str
+    command: str
+    start: float = 0.0
+    gains: Gains | None = None
+    most: float = math.inf
+
+
 class Follower(NamedTuple):
     """What pushes a model from waypoint to waypoint, by forces.
 
@@ -238,6 +257,7 @@ class World:
         movable: By name, the models that can be pushed.
         movers: By name, those of them that move by themselves.
         followers: By name, those of them that are pushed along waypoints.
+        motors: By name, what turns those of them that swing.
         earth: Where it is, for GPS and compass.
         gravity: Acceleration of free fall, in the world's frame [m/s^2].
         look: Its lights, sky and fog.
@@ -256,6 +276,7 @@ class World:
     sensors: tuple[Fixture, ...] = ()
     movers: Mapping[str, Mover] = field(default_factory=dict)
     followers: Mapping[str, Follower] = field(default_factory=dict)
+    motors: Mapping[str, Motor] = field(default_factory=dict)
 
     @cached_property
     def models(self) -> dict[str, tuple[Body, ...]]:

@@ -11,6 +11,7 @@ import numpy as np
 import PIL.Image
 from geometry_msgs.msg import Twist
 from sensor_msgs.msg import CameraInfo, CompressedImage, Image, PointCloud2
+from std_msgs.msg import Float64
 
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import cloud_msg, header, velocity_from_twist
@@ -27,7 +28,7 @@ _QUALITY = 95  # of JPEG, as image_transport's
 
 
 class WorldTopics:
-    """Publishes the sensors of the world that is there, and takes its movers' velocities.
+    """Publishes the sensors of the world that is there, and takes its movers' commands.
 
     Topics of a world that was there before stay, silent, until the node's cleanup.
     """
@@ -60,9 +61,16 @@ class WorldTopics:
             node.subscribe(Twist, mover.topic, partial(self._command, name), qos.LATEST)
             for name, mover in self._world.movers.items()
         ]
+        self._commands += [
+            node.subscribe(Float64, motor.topic, partial(self._turn, name), qos.LATEST)
+            for name, motor in self._world.motors.items()
+        ]
 
     def _command(self, name: str, message: Twist) -> None:
         self._stage.movers.command(name, velocity_from_twist(message))
+
+    def _turn(self, name: str, message: Float64) -> None:
+        self._stage.movers.motors.command(name, message.data)
 
     def close(self) -> None:
         """End drawing beside the physics."""

@@ -11,9 +11,75 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.twist import Velocity
-from arjuna_sim.model.world import Follower, Mover
+from arjuna_sim.model.joints import EFFORT, POSITION, Gains
+from arjuna_sim.model.world import Follower, Motor, Mover
 
 _MOST = np.array((30.0, 30.0, 100.0))  # as hard as it pushes [m/s^2, m/s^2, rad/s^2]
+_RESPONSE = 0.05  # [s] of a motor whose file gives no gains
+
+
+class Motors:
+    """Turns the hinges of models as gz-sim's joint controllers do, each by its last command.
+
+    Args:
+        found: By the name of what swings.
+    """
+
+    def __init__(self, found: Mapping[str, Motor]) -> None:
+        self._motors = dict(found)
+        self.rewind()
+
+    def __bool__(self) -> bool:
+        """Return whether there are any."""
+        return bool(self._motors)
+
+    def rewind(self) -> None:
+        """Take the commands of the start again."""
+        self._wanted = {name: motor.start for name, motor in self._motors.items()}
+        self._sums = dict.fromkeys(self._motors, 0.0)
+
+    def command(self, name: str, value: float) -> None:
+        """Command one until the next command [rad or m, rad/s or m/s, N m or N]."""
+        if math.isfinite(value):
+            self._wanted[name] = value
+
+    def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
+        """Turn those whose positions and rates `handles` has."""
+        step = model.opt.timestep
+        for name in self._motors.keys() & handles.keys():
+            motor, wanted, (_, at, rate) = self._motors[name], self._wanted[name], handles[name]
+            speed, moved = data.qvel[rate], model.dof_M0[rate]
+            effort, most = wanted, motor.most
+            if motor.command == POSITION:
+                off = wanted - data.qpos[at]
+                effort = self._servo(name, model, data, (off, speed), rate)
+            elif motor.command != EFFORT:
+                carried = _carried(data, rate) + model.dof_damping[rate] * wanted
+                effort = carried + moved * (wanted - speed) / step
+                most = min(most, abs(carried) + _MOST[2] * moved)
+            data.qfrc_applied[rate] = min(max(effort, -most), most)
+
+    def _servo(
+        self, name: str, model: Any, data: Any, state: tuple[float, float], rate: int
+    ) -> float:
+        """Return the effort to a position, of gains by the error and speed at the step's end."""
+        (off, speed), step, moved = state, model.opt.timestep, model.dof_M0[rate]
+        gains, carried = self._motors[name].gains, 0.0
+        if gains is None:
+            # [rad or m] Dry friction keeps it so far from where it is to be.
+            stiffness = max(moved / _RESPONSE**2, model.dof_frictionloss[rate] / 1e-3)
+            gains = Gains(stiffness, d=2.0 * math.sqrt(stiffness * moved))
+            carried = _carried(data, rate)
+        summed = self._sums[name] + gains.i * off * step
+        self._sums[name] = summed = min(max(summed, -gains.clamp), gains.clamp)
+        damping = gains.d + step * gains.p
+        pushed = gains.p * off - damping * speed + summed + carried
+        return float(pushed / (1.0 + step * damping / moved))
+
+
+def _carried(data: Any, rate: int) -> float:
+    """Return the effort that holds a hinge against what pulls at it."""
+    return float(data.qfrc_bias[rate] - data.qfrc_gravcomp[rate])
 
 
 class Movers:
@@ -25,21 +91,30 @@ class Movers:
     Args:
         found: By name.
         followers: By name, too.
+        motors: By the name of what they turn.
+
+    Attributes:
+        motors: What turns parts of models.
     """
 
     def __init__(
-        self, found: Mapping[str, Mover], followers: Mapping[str, Follower] = MappingProxyType({})
+        self,
+        found: Mapping[str, Mover],
+        followers: Mapping[str, Follower] = MappingProxyType({}),
+        motors: Mapping[str, Motor] = MappingProxyType({}),
     ) -> None:
+        self.motors = Motors(motors)
         self._starts = {name: mover.velocity for name, mover in found.items()}
         self._followers = dict(followers)
         self.rewind()
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self._starts or self._followers)
+        return bool(self._starts or self._followers or self.motors)
 
     def rewind(self) -> None:
         """Take the commands and the waypoints of the start again."""
+        self.motors.rewind()
         self._wanted = dict(self._starts)
         self._ways = {name: deque(each.waypoints) for name, each in self._followers.items()}
         self._held: set[str] = set()
@@ -56,6 +131,7 @@ class Movers:
 
     def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
         """Push those whose bodies' positions and rates `handles` has."""
+        self.motors.push(model, data, handles)
         for name in self._followers.keys() & handles.keys():
             self._follow(name, model, data, handles[name])
         for name in self._starts.keys() & handles.keys():

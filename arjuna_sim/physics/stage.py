@@ -49,7 +49,7 @@ class Stage:
     Attributes:
         scene: The compiled model and where to find things in it.
         on_rebuild: Called when `scene` and `data` were replaced.
-        movers: Those of its world's models that move by themselves.
+        movers: Those of its world's models that move by themselves, and their motors.
         forces: What clients push it with.
 
     Raises:
@@ -68,7 +68,7 @@ class Stage:
 
     def _set_up(self, world: World) -> None:
         entities, taken = moving_entities(world), frozenset(world.movable)
-        self.movers = Movers(world.movers, world.followers)
+        self.movers = Movers(world.movers, world.followers, world.motors)
         self.forces.clear()
         compiled = self._compile(world, entities, taken, keep=True)
         self._install(world, entities, taken, *compiled)

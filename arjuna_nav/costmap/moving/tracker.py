@@ -90,7 +90,8 @@ class Tracker:
 
     def update(self, scan: Scan, T_fixed_base: SE2) -> Moving:
         """Take the next scan, and return what of it moves."""
-        count, layout = len(scan.ranges), (scan.angle_min, scan.angle_increment)
+        # [rad] A scan of one beam says 0: as wide as a beam is what it sees of others' ends.
+        count, layout = len(scan.ranges), (scan.angle_min, scan.angle_increment or 1e-3)
         if not self._scans.fits(count, *layout):
             self._scans = Sightings.of(KEPT, count, *layout)
         number = self._scans.begin(scan.stamp, T_fixed_base @ scan.T_base_sensor)

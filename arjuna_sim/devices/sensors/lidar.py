@@ -119,8 +119,13 @@ def read_lidar(tag: SensorTag) -> list[SensorSettings]:
         problem = f"has {beams['samples']} x {rows['rows']} samples"
         raise tag.fail(f"{problem}; valid: up to {_BEAMS_MAX}")
     is_cloud = any(word in output for word in _CLOUD)
-    is_named = is_cloud or "laser" in output
-    if "range" in output or "sonar" in output or (not is_named and _is_cone(beams, rows)):
+    # Gazebo Sim's, by their types, publish scans however narrow: its bridge knows no ranges.
+    is_scan = "laser" in output or tag.element.get("type", "") in ("lidar", "gpu_lidar")
+    if (
+        "range" in output
+        or "sonar" in output
+        or (not (is_cloud or is_scan) and _is_cone(beams, rows))
+    ):
         mount = tag.mount(10.0, tag.own_topic("range"))
         return [RangeSettings(**mount, **beams, **rows, infrared=_is_infrared(tag, output))]
     beams |= tag.mount(10.0, LidarSettings.TOPIC)

@@ -57,7 +57,7 @@ _READ = {
     *("plugin", "jointname", "topic", "subtopic", "pgain", "igain", "dgain", "imax", "imin"),
     *("positionpgain", "positionigain", "positiondgain", "initialposition", "updaterate"),
     *("ros", "namespace", "robotnamespace", "remapping", "useheaderstampasreference"),
-    *("usevelocitycommands", "useforcecommands"),
+    *("usevelocitycommands", "useforcecommands", "jointindex", "initialvelocity"),
 }
 
 
@@ -86,7 +86,8 @@ def joint_control(
     controllers: list[ControllerSettings] = []
     for plugin in plugins:
         if is_joint_plugin(plugin):
-            controllers.append(_of_plugin(xml, plugin, urdf, joints))
+            found = tuple(j.name for j in urdf.joints.values() if j.has_position and not j.mimic)
+            controllers.append(read_joint_plugin(xml, plugin, urdf.name, found, joints))
             continue
         for name, values in parameters_of_controllers(xml, plugin).items():
             controllers.append(_of_parameters(xml, name, values, joints))
@@ -162,17 +163,29 @@ def _hardware(xml: XmlFile) -> tuple[tuple[str, str], dict[str, DrivenJoint]]:
     return found, joints
 
 
-def _of_plugin(
-    xml: XmlFile, plugin: Element, urdf: Urdf, joints: dict[str, DrivenJoint]
+def read_joint_plugin(
+    xml: XmlFile,
+    plugin: Element,
+    model: str,
+    every: tuple[str, ...],
+    joints: dict[str, DrivenJoint],
 ) -> ControllerSettings:
-    """Return a plugin as a controller, and note in `joints` what it says of its joints."""
+    """Return a plugin as a controller, and note in `joints` what it says of its joints.
+
+    Args:
+        model: The name of its model.
+        every: The joints of a trajectory whose plugin names none.
+
+    Raises:
+        InputFileError: A value is no number.
+    """
     type_ = next(name for name in types_of(plugin) if name in _PLUGINS)
     kind, command, usual = _PLUGINS[type_]
     label = f"plugin '{plugin.get('name') or plugin.get('filename') or '?'}'"
     names = tuple(texts(plugin, "jointname"))
     is_trajectory = kind is ControllerKind.TRAJECTORY
     if not names and is_trajectory:
-        names = tuple(j.name for j in urdf.joints.values() if j.has_position and not j.mimic)
+        names = every
     lists = {
         tag: [xml.numbers(text, 1, f"{label} <{tag}>")[0] for text in texts(plugin, *tags)]
         for tag, tags in (
@@ -188,7 +201,9 @@ def _of_plugin(
         initial = mine.pop("initial", 0.0)
         gains = Gains(**{"p": 1.0, **mine}) if mine and command == POSITION else None
         joints[name] = DrivenJoint(name, initial=initial, gains=gains)
-    model = f"/model/{urdf.name}"
+    model = f"/model/{model}"
+    if type_ == "jointpositioncontroller":  # the index is that of the joint's axis
+        usual = f"{text_of(plugin, 'jointindex') or 0}/{usual}"
     default = f"{model}/{usual}" if is_trajectory else f"{model}/joint/{names[:1][0]}/{usual}"
     if type_ == "jointposetrajectory":
         default = usual

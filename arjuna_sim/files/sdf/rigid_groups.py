@@ -70,12 +70,14 @@ class RigidGroup:
         fast: Whether they stand fast in the world.
         hinge: How they swing, where a joint connects them to what they hang on.
         on: The place in the list of the group that they hang on; None where it is the world.
+        joint: The name of the joint on which they swing.
     """
 
     links: list[SdfLink]
     fast: bool
     hinge: Hinge | None = None
     on: int | None = None
+    joint: str = ""
 
 
 def rigid_groups(
@@ -245,7 +247,7 @@ def _on_hinge(
         own = {link.name for link in links}
         with leaving_out(xml, f"{label} joint '{joints[0].element.get('name', '?')}'"):
             hinge = read_hinge(joints[0], links[0], own)
-            return RigidGroup(links, hinge is None, hinge, on)
+            return RigidGroup(links, hinge is None, hinge, on, joints[0].name)
     else:
         xml.note(f"{label}: stands fast, held by {len(joints)} joints ({', '.join(kinds)})")
     return RigidGroup(links, True)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from xml.etree.ElementTree import Element  # a type alone
 
 import numpy as np
@@ -12,15 +12,17 @@ from arjuna_core.errors import RobotError, nearest
 from arjuna_core.pose3 import Pose3
 from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.controllers import drive_of_controllers
+from arjuna_sim.files.robots.joint_controllers import is_joint_plugin, read_joint_plugin
 from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
 from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
-from arjuna_sim.files.sdf.model_tags import is_static, own_pose
+from arjuna_sim.files.sdf.model_tags import SWINGING, SdfJoint, is_static, own_pose
 from arjuna_sim.files.sdf.world_state import moved_models
 from arjuna_sim.files.tag_text import is_true, topic
 from arjuna_sim.files.xml_file import XmlFile
+from arjuna_sim.model.joints import VELOCITY, ControllerKind, DrivenJoint
 from arjuna_sim.model.settings import DriveKind
-from arjuna_sim.model.world import Follower, Mover
+from arjuna_sim.model.world import Follower, Motor, Mover
 
 _CIRCLE = 8  # waypoints around a circle, as gz-sim has
 
@@ -121,6 +123,35 @@ def _waypoints(
     if not points:
         raise xml.fail(label, "lacks its way; valid: <waypoints>, <circle>, <line>")
     return tuple((float(a), float(b)) for a, b in points)
+
+
+def read_motors(
+    xml: XmlFile, plugin: Element, model: str, joints: Sequence[SdfJoint]
+) -> dict[str, Motor]:
+    """Return what a plugin of a world's model turns by values, by the joint; {} for another plugin.
+
+    Raises:
+        InputFileError: A value is no number.
+    """
+    if not is_joint_plugin(plugin):
+        return {}
+    found = {j.name.rpartition("::")[2]: j for j in joints if j.kind in SWINGING}
+    driven = dict[str, DrivenJoint]()
+    controller = read_joint_plugin(xml, plugin, model, (), driven)
+    if controller.kind is not ControllerKind.FORWARD:
+        return {}
+    motors = dict[str, Motor]()
+    for name in (each for each in controller.joints if each in found):
+        label, joint = f"joint '{name}'", driven[name]
+        limit = found[name].element.findtext("axis/limit/effort")
+        most = max(0.0, xml.limit(limit, math.inf, f"{label} <effort>")) or math.inf
+        start = joint.initial
+        if controller.command == VELOCITY:
+            start = xml.number(plugin, "initial_velocity", 0.0, label)
+        motors[found[name].name] = Motor(
+            controller.topic, controller.command, start, joint.gains, most
+        )
+    return motors
 
 
 def driven_joints(model: Element, names: Collection[str], is_robot: bool) -> set[str]:

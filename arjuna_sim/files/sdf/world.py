@@ -32,6 +32,7 @@ from arjuna_sim.files.sdf.robots_in_world import (
     is_mover,
     models_by_name,
     read_follower,
+    read_motors,
     read_mover,
     robots_of,
 )
@@ -50,6 +51,7 @@ from arjuna_sim.model.world import (
     Earth,
     Fixture,
     Follower,
+    Motor,
     Movable,
     Mover,
     Trajectory,
@@ -250,6 +252,7 @@ def read_world(xml: XmlFile, without: Collection[str] = ()) -> World:
         tuple(reader.sensors),
         reader.movers,
         reader.followers,
+        reader.motors,
     )
 
 
@@ -269,6 +272,7 @@ class _Reader:
         self.sensors: list[Fixture] = []
         self.movers: dict[str, Mover] = {}
         self.followers: dict[str, Follower] = {}
+        self.motors: dict[str, Motor] = {}
         self.known: list[Element] = []  # models with plugins that are simulated
 
     def read(self, world: Element, without: Collection[str]) -> None:
@@ -323,7 +327,8 @@ class _Reader:
         joints += self._held.pop(name, [])
         names: list[str] = []
         is_robot = any(model is each for each in self.known)
-        driven = driven_joints(model, [joint.name for joint in joints], is_robot)
+        motors = {} if is_robot else self._motors(model, name, joints)
+        driven = driven_joints(model, [joint.name for joint in joints], is_robot) - motors.keys()
         for group in rigid_groups(xml, f"model '{name}'", links, joints, driven):
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast
@@ -337,6 +342,8 @@ class _Reader:
                 touches = any(link.self_collides for link in group.links)
                 mass = self._mass(called, group)
                 self.movable[called] = Movable(mass, group.hinge, floats, on, touches)
+                if group.joint in motors:
+                    self.motors[called] = motors[group.joint]
                 if called == name and group.hinge is None:
                     self._moved(model, name, group.links[0].T_world)
             self._note_pieces(called, group, PIECES_OF_MOVING if moves else PIECES_MAX)
@@ -358,6 +365,16 @@ class _Reader:
             elif (follower := read_follower(self._xml, model, name, T_world)) is not None:
                 self.followers[name] = follower
                 self.known.append(model)
+
+    def _motors(self, model: Element, name: str, joints: list[SdfJoint]) -> dict[str, Motor]:
+        """Return what plugins turn the joints of a model with one axis each, by their names."""
+        found = dict[str, Motor]()
+        for plugin in model.iter("plugin"):
+            with leaving_out(self._xml, f"plugin of model '{name}'"):
+                if mine := read_motors(self._xml, plugin, name, joints):
+                    found |= mine
+                    self.known.append(plugin)
+        return found
 
     def _note_pieces(self, name: str, group: RigidGroup, most: int) -> None:
         """Note which meshes have contacts that differ from their surface."""

@@ -41,9 +41,8 @@ def read_fixtures(model: str, links: list[SdfLink], T_world: Pose3) -> Iterator[
 
 def _below(settings: SensorSettings, model: str) -> SensorSettings:
     """Return a sensor whose topics are below a model's name."""
-    space = "".join(letter if letter.isalnum() else "_" for letter in model)
     names = [each.name for each in dataclasses.fields(settings) if each.name.endswith("topic")]
     topics: dict[str, Any] = {
-        name: f"{space}/{topic}" for name in names if (topic := getattr(settings, name))
+        name: f"{model}/{topic}" for name in names if (topic := getattr(settings, name))
     }
     return dataclasses.replace(settings, **topics)

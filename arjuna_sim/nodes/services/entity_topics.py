@@ -20,7 +20,7 @@ from arjuna_core.ros.convert import header, pose3_from_transform, pose3_msg, tra
 from arjuna_core.ros.node import ManagedNode
 from arjuna_sim.model.entities import POSES, Category, Entity
 from arjuna_sim.model.robot import SOLO
-from arjuna_sim.model.settings import PublishedPoses
+from arjuna_sim.model.settings import PublishedPoses, spelled
 from arjuna_sim.nodes.messages import WORLD, pose3_from_msg
 from arjuna_sim.nodes.services.known_entities import KnownEntities
 
@@ -95,7 +95,8 @@ class EntityTopics:
             return [T for each in chosen for T in self._of(each, each.name, both)]
         robots = ((entity, self._known.robot(entity)) for entity in entities)
         own = [entity for entity, robot in robots if robot is not None and robot.name == SOLO]
-        one = next((e for e in [*(e for e in entities if e.name == name), *own]), None)
+        named = (e for e in entities if spelled(e.name) == name)
+        one = next((e for e in [*named, *own]), None)
         robot = None if one is None else self._known.robot(one)
         asked = PublishedPoses() if robot is None else robot.model.settings.poses
         return [] if one is None else list(self._of(one, name, asked))

@@ -17,8 +17,8 @@ from arjuna_core.ros.context import class_of
 from arjuna_sim.devices.sensors.camera import CameraSettings
 from arjuna_sim.devices.sensors.imu import ImuSettings
 from arjuna_sim.model.entities import POSES
-from arjuna_sim.model.settings import BRIDGES
-from bringup.ros2.client import Client, absolute
+from arjuna_sim.model.settings import BRIDGES, spelled
+from bringup.ros2.client import Client, absolute, full_name
 from bringup.ros2.errors import Ros2Error
 from bringup.ros2.verbs.forward import ros_arguments
 
@@ -64,14 +64,14 @@ def bridged(words: list[str]) -> Iterator[Bridged]:
     Of services those that the simulator answers: others are printed, as are entries that are none.
 
     Raises:
-        Ros2Error: An argument is none.
+        Ros2Error: An argument is none, or ROS has no such name.
     """
     given = ros_arguments(words)
     space = given.remapped.get("__ns", "").rstrip("/")
 
     def resolved(name: str) -> str:
         name = given.remapped.get(name.lstrip("/"), name)
-        return name if name.startswith("/") else f"{space}/{name}"
+        return full_name(name if name.startswith("/") else f"{space}/{name}")
 
     for word in given.own:
         if (service := _SERVICE.fullmatch(word)) is not None:
@@ -123,6 +123,7 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
     Gazebo names topics of a robot whose file names none after its model and sensor; here they are
     the robot's own, below its namespace where there are several robots.
     """
+    topic = topic._replace(gz=spelled(topic.gz))
     if POSES.fullmatch(topic.gz):  # there once somebody listens
         return topic._replace(direction="GZ_TO_ROS")
     if _CLOCK.fullmatch(topic.gz):

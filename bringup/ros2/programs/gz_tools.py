@@ -12,6 +12,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from arjuna_sim.model.settings import spelled
 from bringup.ros2.errors import Ros2Error
 
 _TOKEN = re.compile(
@@ -107,19 +108,20 @@ def command_of(words: list[str]) -> tuple[str, list[str]]:
 
 
 def _of_topic(asked: argparse.Namespace) -> list[str]:
+    topic = spelled(asked.topic or "")
     if asked.list:
         return ["topic", "list"]
     if asked.info:
-        return ["topic", "info", asked.topic]
+        return ["topic", "info", topic]
     if not asked.pub and not asked.msgtype:
-        return ["topic", "echo", asked.topic, *(["--once"] if asked.num == "1" else [])]
+        return ["topic", "echo", topic, *(["--once"] if asked.num == "1" else [])]
     kind = asked.msgtype.rpartition(".")[2]
     if kind not in _TYPES:
         raise Ros2Error(
             f"'gz topic' publishes no '{asked.msgtype}' here; valid: {', '.join(_TYPES)}"
         )
     message = json.dumps(read_message(asked.pub))
-    return ["topic", "pub", "--once", asked.topic, _TYPES[kind], message]
+    return ["topic", "pub", "--once", topic, _TYPES[kind], message]
 
 
 def _of_service(name: str, request: Mapping[str, Any]) -> tuple[str, list[str]]:

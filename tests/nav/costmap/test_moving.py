@@ -65,6 +65,19 @@ def test_who_walks_is_found_with_the_speed_and_what_stands_is_not(drives: float)
     assert moving.velocities[flagged].mean(axis=0) == pytest.approx((0.0, 0.8), abs=0.2)
 
 
+def test_a_scan_of_one_beam_is_seen_and_nothing_in_it_moves() -> None:
+    """Its increment is 0, as a range finder's."""
+    tracker, rng = Tracker(REACH), np.random.default_rng(1)
+    for k in range(12):
+        scan = scan_of(
+            np.vstack((ROOM, post(-1.2, 0.0))), SE2(-0.01 * k, 0.0, 0.0), rng, 0.01, 0.1 * k
+        )
+        beam = replace(scan, ranges=scan.ranges[:1], angle_increment=0.0)
+        moving = tracker.update(beam, SE2(-0.01 * k, 0.0, 0.0))
+    assert len(moving.points) == 1
+    assert not moving.velocities.any()
+
+
 def pass_by(every: Callable[[Moving], None]) -> None:
     """Drive past things that stand."""
     things = np.vstack((edges(BOX), post(0.5, 1.2, 0.08), post(1.4, -1.0)))

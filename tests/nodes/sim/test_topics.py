@@ -201,7 +201,7 @@ def test_gazebo_sim_s_transform_comes_where_a_bridge_hands_it_on(
 
 
 def test_topic_that_no_topic_can_be_is_refused(bench: RosBench, tmp_path: Path) -> None:
-    robot = _robot(tmp_path, ("<topicName>scan<", "<topicName>my scan!<"))
+    robot = _robot(tmp_path, ("<topicName>scan<", "<topicName>my{scan<"))
     node = SimNode(bench.process, {"robot": robot})
     assert node.trigger_configure() == TransitionCallbackReturn.FAILURE
     again = SimNode(bench.process, {"robot": robot, "standard_topics": True}, name="again")

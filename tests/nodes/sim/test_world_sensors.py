@@ -9,13 +9,14 @@ import pytest
 from geometry_msgs.msg import Twist, Vector3
 from ros_gz_interfaces.msg import Contacts
 from sensor_msgs.msg import CameraInfo, Image, LaserScan
+from std_msgs.msg import Float64
 
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_sim.files.world_file import load_world
 from tests.helpers.ros import RosBench
 from tests.nodes.sim.running import run, start_sim
-from tests.sim.builders import texts
+from tests.sim.builders import simulator, texts
 
 GROUND = "<include><uri>model://ground_plane</uri></include>"
 BOX = "<collision name='c'><geometry><box><size>.2 .2 .2</size></box></geometry></collision>"
@@ -24,6 +25,10 @@ LIDAR = (
     "{}<lidar><scan><horizontal><samples>3</samples><min_angle>-1.5707963</min_angle>"
     "<max_angle>1.5707963</max_angle></horizontal></scan><range><min>.05</min><max>20</max></range>"
     "</lidar></sensor>"
+)
+PRISM = (
+    "<polyline><point>-.04 -.04</point><point>.04 -.04</point><point>.04 .04</point>"
+    "<point>-.04 .04</point><height>1</height></polyline>"
 )
 CAMERA = (
     "<sensor name='lens' type='camera'><update_rate>10</update_rate><topic>street</topic><camera>"
@@ -149,3 +154,41 @@ def test_a_mover_is_commanded_by_its_topic_also_of_a_world_that_is_loaded(
     assert moved("cart") == pytest.approx(0.5, abs=0.05)
     sim.simulator.stage.load(load_world(world_of(tmp_path, mover.format("van"))))
     assert moved("van") == pytest.approx(0.5, abs=0.05)
+
+
+@pytest.mark.parametrize("shape", ["<box><size>.08 .08 2</size></box>", PRISM])
+def test_a_lidar_of_the_world_sees_out_of_its_housing(tmp_path: Path, shape: str) -> None:
+    """Its beams begin at its least range, beyond which it sees its own model too."""
+    wall = BOX.replace("'c'>", "'w'><pose>0 2 0 0 0 0</pose>").replace(".2 .2 .2", "1 .2 2")
+    housing = f"<collision name='c'><geometry>{shape}</geometry></collision>"
+    inside = housing + wall + LIDAR.format("")
+    sim = simulator(world_of(tmp_path, model("post", "9 9 0 0 0 0", inside)))
+    scan = sim.fixed.sense(sim.fixed.settings[0], 0.0)
+    assert scan.ranges == pytest.approx((np.inf, np.inf, 1.9))
+
+
+def test_topics_that_ros_cannot_spell_are_published_as_it_can(
+    bench: RosBench, tmp_path: Path
+) -> None:
+    eyes = LIDAR.format("<topic>front-eye/0/scan</topic>"), LIDAR.format("")
+    models = [model(f"{i}-pole", f"2 {i} 0 0 0 0", BOX + eye) for i, eye in enumerate(eyes)]
+    sim = start_sim(bench, world=str(world_of(tmp_path, *models)))
+    scans = bench.collect(LaserScan, "/front_eye/_0/scan", qos.SENSOR_SUBSCRIPTION)
+    below = bench.collect(LaserScan, "/_1_pole/scan", qos.SENSOR_SUBSCRIPTION)
+    run(bench, sim, 25)
+    assert scans
+    assert below
+
+
+def test_a_joint_of_a_model_turns_by_its_plugins_topic(bench: RosBench, tmp_path: Path) -> None:
+    plugin = "<plugin filename='gz-sim-joint-controller-system' name='c'><joint_name>j</joint_name>"
+    turntable = model("table", "0 3 .1 0 0 0", BOX, static=False).replace(
+        "</model>",
+        "<joint name='j' type='continuous'><parent>world</parent><child>l</child>"
+        f"<axis><xyz>0 0 1</xyz></axis></joint>{plugin}</plugin></model>",
+    )
+    sim = start_sim(bench, world=str(world_of(tmp_path, turntable)))
+    bench.publish(Float64, "/model/table/joint/j/cmd_vel", Float64(data=0.5), qos.LATEST)
+    run(bench, sim, 100)
+    (name,) = sim.simulator.stage.world.motors
+    assert sim.simulator.stage.motion(name).pose.planar().theta == pytest.approx(1.0, abs=0.05)

@@ -52,7 +52,7 @@ def test_rays_hit_solids_where_mujoco_says(tmp_path: Path, shape: str) -> None:
         directions /= np.linalg.norm(directions, axis=1)[:, None]
         expected = _by_mujoco(sim, origin, directions)
         hits += int(np.isfinite(expected).sum())
-        found = rays.cast(sim.stage.data, origin, directions, 12.0)
+        found = rays.cast(sim.stage.data, origin, directions, 0.0, 12.0)
         np.testing.assert_allclose(found, expected, rtol=0.0, atol=1e-12)
     assert 30 < hits < 300
 
@@ -61,8 +61,8 @@ def test_what_is_out_of_reach_is_not_hit(tmp_path: Path) -> None:
     sim = _one_in_the_air(tmp_path, "sphere")
     rays = Rays(sim.stage.scene.model, first(sim.robot.model, LidarSettings).site)
     origin, direction = np.array([0.0, 0.5, 2.0]), np.array([[1.0, 0.0, 0.0]])
-    assert rays.cast(sim.stage.data, origin, direction, 4.0) == pytest.approx(3.5)
-    assert rays.cast(sim.stage.data, origin, direction, 3.4) == np.inf
+    assert rays.cast(sim.stage.data, origin, direction, 0.0, 4.0) == pytest.approx(3.5)
+    assert rays.cast(sim.stage.data, origin, direction, 0.0, 3.4) == np.inf
 
 
 def _by_mujoco(
@@ -106,7 +106,7 @@ def room(wall: str = "", extra: str = "") -> tuple[Any, Any]:
 
 def cast(model: Any, data: Any, rendered: bool = False) -> NDArray[np.float64]:
     """Return how far it is to what stands ahead, left, right and behind."""
-    return Rays(model, "eye", rendered).cast(data, np.array([0.0, 0.0, 0.5]), DIRECTIONS, 20.0)
+    return Rays(model, "eye", rendered).cast(data, np.array([0.0, 0.0, 0.5]), DIRECTIONS, 0.0, 20.0)
 
 
 def settings(**changed: Any) -> CloudSettings:
@@ -159,7 +159,7 @@ def test_fewer_or_more_rays_may_be_cast_of_the_same_eye() -> None:
     model, data = room(extra=TENT)
     rays, origin = Rays(model, "eye"), np.array([0.0, 0.0, 0.5])
     for directions in (DIRECTIONS[:1], DIRECTIONS, DIRECTIONS[:2]):
-        found = rays.cast(data, origin, directions, 20.0)
+        found = rays.cast(data, origin, directions, 0.0, 20.0)
         assert found[:2] == pytest.approx([3.0, 2.0][: len(directions)])
 
 

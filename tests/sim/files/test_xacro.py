@@ -140,6 +140,15 @@ def test_packages_and_files_of_values_are_found(tmp_path: Path) -> None:
         _expand(tmp_path, inside.replace("sizes", "none"))
 
 
+def test_a_package_is_the_folder_of_its_name_that_has_a_manifest(tmp_path: Path) -> None:
+    inner = tmp_path / "parts" / "parts"  # as in a repository named as its package
+    inner.mkdir(parents=True)
+    search, beside = SearchPath((tmp_path / "parts",)), tmp_path / "r.xacro"
+    assert search.package(beside, "parts") == tmp_path / "parts"
+    (inner / "package.xml").write_text("<package><name>parts</name></package>", encoding="utf-8")
+    assert search.package(beside, "parts") == inner
+
+
 def test_files_are_expanded_by_the_environment_of_the_call(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

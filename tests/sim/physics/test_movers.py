@@ -134,3 +134,92 @@ def test_a_follower_goes_around_a_circle_or_along_a_line(
     every = found.waypoints[:: len(found.waypoints) // len(waypoints)]
     np.testing.assert_allclose(every, waypoints, atol=1e-6)
     assert (found.force, found.torque, found.reach, found.loop) == (60.0, 50.0, 0.5, False)
+
+
+_JOINT = "<plugin filename='gz-sim-{0}-system' name='{0}'><joint_name>j</joint_name>{1}</plugin>"
+_DOOR = (
+    "<model name='door'><pose>3 0 1 0 0 0</pose><link name='post'><collision name='c'>{0}"
+    "</collision></link><link name='leaf'><pose>0 0.6 0 0 0 0</pose><inertial><mass>8</mass>"
+    "</inertial><collision name='c'>{1}</collision></link>"
+    "<joint name='w' type='fixed'><parent>world</parent><child>post</child></joint>"
+    "<joint name='j' type='revolute'><pose>0 -0.6 0 0 0 0</pose><parent>post</parent>"
+    "<child>leaf</child><axis><xyz>{2}</xyz><limit><lower>-3</lower><upper>3</upper>"
+    "<effort>{3}</effort></limit></axis></joint>{4}</model>"
+)
+
+
+def _door(folder: Path, plugin: str, axis: str = "0 0 1", effort: str = "-1") -> Path:
+    box = "<geometry><box><size>0.1 {} 0.5</size></box></geometry>"
+    door = _DOOR.format(box.format(0.1), box.format(1.0), axis, effort, plugin)
+    return saved_world(folder, "<include><uri>model://ground_plane</uri></include>" + door)
+
+
+def _angle(sim: Simulation) -> float:
+    return float(sim.stage.data.joint("entity:door::leaf").qpos[0])
+
+
+GAINS = "<p_gain>200</p_gain><d_gain>40</d_gain>"
+
+
+@pytest.mark.parametrize(
+    ("plugin", "axis", "value", "wanted"),
+    [
+        (_JOINT.format("joint-position-controller", ""), "0 0 1", 1.2, 1.2),
+        (_JOINT.format("joint-position-controller", ""), "1 0 0", 0.5, 0.5),  # against gravity
+        (_JOINT.format("joint-position-controller", GAINS), "0 0 1", 1.2, 1.2),
+        (_JOINT.format("joint-controller", ""), "0 0 1", 0.4, 0.8),
+        (_JOINT.format("joint-controller", ""), "1 0 0", 0.4, 0.8),
+        (_JOINT.format("apply-joint-force", ""), "0 0 1", 1.0, 0.55),  # 3.6 kg m^2 for 2 s
+    ],
+)
+def test_a_plugin_turns_the_joint_of_a_model_by_commands(
+    tmp_path: Path, plugin: str, axis: str, value: float, wanted: float
+) -> None:
+    path = _door(tmp_path, plugin, axis)
+    assert texts(load_world(path).notes) == ()
+    sim = simulator(path)
+    run(sim, 1.0)
+    assert _angle(sim) == pytest.approx(0.0, abs=0.01)
+    sim.stage.movers.motors.command("door::leaf", value)
+    run(sim, 2.0)
+    assert _angle(sim) == pytest.approx(wanted, abs=0.03)
+    sim.reset()
+    run(sim, 1.0)
+    assert _angle(sim) == pytest.approx(0.0, abs=0.01)
+
+
+@pytest.mark.parametrize(
+    ("name", "tag", "wanted"),
+    [
+        ("joint-controller", "<initial_velocity>0.5</initial_velocity>", 0.5),
+        ("joint-position-controller", "<initial_position>0.7</initial_position>", 0.7),
+    ],
+)
+def test_a_joints_first_command_is_the_files(
+    tmp_path: Path, name: str, tag: str, wanted: float
+) -> None:
+    sim = simulator(_door(tmp_path, _JOINT.format(name, tag)))
+    run(sim, 1.0)
+    assert _angle(sim) == pytest.approx(wanted, abs=0.01)
+
+
+def test_a_motor_is_as_strong_as_its_joint_says(tmp_path: Path) -> None:
+    plugin = _JOINT.format("joint-position-controller", "")
+    sim = simulator(_door(tmp_path, plugin, "1 0 0", effort="10"))  # the leaf's weight: 47 N m
+    sim.stage.movers.motors.command("door::leaf", 0.5)
+    run(sim, 3.0)
+    assert _angle(sim) < -0.8  # it lies on the ground
+
+
+@pytest.mark.parametrize(
+    ("name", "tag", "topic"),
+    [
+        ("joint-position-controller", "", "/model/door/joint/j/_0/cmd_pos"),
+        ("joint-position-controller", "<sub_topic>go</sub_topic>", "/model/door/go"),
+        ("joint-controller", "", "/model/door/joint/j/cmd_vel"),
+        ("apply-joint-force", "<topic>/push</topic>", "/push"),
+    ],
+)
+def test_the_topic_of_a_motor_is_gzs(tmp_path: Path, name: str, tag: str, topic: str) -> None:
+    world = load_world(_door(tmp_path, _JOINT.format(name, tag)))
+    assert world.motors["door::leaf"].topic == topic

@@ -213,10 +213,17 @@ def test_a_model_s_own_topics_are_the_robot_s(bench: RosBench) -> None:
     assert simulated(bench.node, odometry) == ("/a/odom", "/odometry", STRING, "GZ_TO_ROS")
     bench.collect(String, "/model/a/cmd_vel")
     assert simulated(bench.node, commands) == (*commands[:3], "ROS_TO_GZ")
-    other = Bridged("/model/a/joint/b/cmd_pos", "/cmd_pos", STRING, "ROS_TO_GZ")
-    assert simulated(bench.node, other) is None
-    bench.collect(String, "/model/a/joint/b/cmd_pos")
-    assert simulated(bench.node, other) == other
+    other = Bridged("/model/a-b/joint/c/0/cmd_pos", "/cmd_pos", STRING, "ROS_TO_GZ")
+    assert simulated(bench.node, other) is None  # ROS cannot spell it
+    bench.collect(String, "/model/a_b/joint/c/_0/cmd_pos")
+    assert simulated(bench.node, other) == ("/model/a_b/joint/c/_0/cmd_pos", *other[1:])
+
+
+def test_a_bridge_to_no_name_of_ros_is_refused() -> None:
+    with pytest.raises(Ros2Error, match="token that starts with a number"):
+        list(bridged(["/a/0/b@std_msgs/msg/String[gz.msgs.StringMsg"]))
+    words = ["/a/0/b@std_msgs/msg/String[gz.msgs.StringMsg", "--ros-args", "-r", "/a/0/b:=/b"]
+    assert [(each.gz, each.ros) for each in bridged(words)] == [("/a/0/b", "/b")]
 
 
 @pytest.mark.parametrize(

@@ -292,7 +292,7 @@ GZ = (
 @pytest.mark.parametrize(
     ("name", "tags", "topic", "value", "ticks", "wanted"),
     [
-        ("JointPositionController", "", "/model/arm/joint/elbow/cmd_pos", 0.8, 60, 0.8),
+        ("JointPositionController", "", "/model/arm/joint/elbow/_0/cmd_pos", 0.8, 60, 0.8),
         ("JointPositionController", "<topic>lift</topic>", "/lift", -0.8, 60, -0.8),
         ("JointController", "<sub_topic>go</sub_topic>", "/model/arm/go", 0.5, 100, 1.0),
     ],

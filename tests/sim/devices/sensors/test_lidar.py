@@ -237,3 +237,12 @@ def test_beams_in_a_narrow_cone_measure_a_range_unless_the_file_says_otherwise()
     assert type(one(f"{cone}<plugin filename='libgazebo_ros_laser.so'/>")) is LidarSettings
     (beam,) = read(ray(samples(1, -3.0, 3.0)))
     assert isinstance(beam, RangeSettings)
+
+
+def test_a_beam_of_gazebo_sim_is_a_scan_unless_its_plugin_says_otherwise() -> None:
+    beam = ray(samples(1, 0.0, 0.0))
+    for kind in ("lidar", "gpu_lidar"):
+        (found,) = read_lidar(element(f"{beam}<plugin name='p' filename='own'/>", kind))
+        assert type(found) is LidarSettings
+    sonar = f"{beam}<plugin filename='libhector_gazebo_ros_sonar.so'/>"
+    assert isinstance(read_lidar(element(sonar, "gpu_lidar"))[0], RangeSettings)

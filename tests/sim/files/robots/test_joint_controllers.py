@@ -62,7 +62,7 @@ def test_gazebos_plugin_has_its_topic_gains_and_start(tmp_path: Path) -> None:
     tags += "<initial_position>0.7</initial_position><cmd_max>3</cmd_max>"
     robot = load_robot(write_arm(tmp_path, extra=f"<gazebo>{POSITION.format(tags)}</gazebo>"))
     (controller,), (joint,) = robot.settings.controllers, robot.settings.driven
-    assert controller.topic == "/model/arm/joint/elbow/cmd_pos"
+    assert controller.topic == "/model/arm/joint/elbow/_0/cmd_pos"
     assert (joint.gains, joint.initial) == (Gains(90.0, 0.0, 4.0), 0.7)
     assert "not simulated: <cmd_max>" in notes(robot)
     file = write_arm(
