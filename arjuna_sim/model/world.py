@@ -214,14 +214,14 @@ class Motor(NamedTuple):
         command: What they are: a position, a velocity or an effort.
         start: The command at the start [rad or m, rad/s or m/s, N m or N].
         gains: Of a position, where the file gives them; else they are derived from what it moves.
-        most: Its greatest effort [N m or N].
+        most: Its greatest effort, 0 for one by what it moves [N m or N].
     """
 
     topic: str
     command: str
     start: float = 0.0
     gains: Gains | None = None
-    most: float = math.inf
+    most: float = 0.0
 
 
 class Follower(NamedTuple):

@@ -2,20 +2,45 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats, Ints
+from arjuna_sim.model.joints import Gains
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.physics.wheels.servo import ServoConfig, actuators, add_servo
 
 
+class Motored(NamedTuple):
+    """A joint that a servo turns.
+
+    Attributes:
+        joint: Its name in MuJoCo.
+        gains: Of the servo, where the file gives them; else they are derived.
+        effort: Its greatest, None for one that is derived [N m or N].
+    """
+
+    joint: str
+    gains: Gains | None
+    effort: float | None
+
+
+def motored(robot: RobotModel) -> tuple[Motored, ...]:
+    """Return a robot's driven joints, in the order of `GazeboSettings.driven`."""
+    efforts = (robot.urdf.joints[joint.name].max_effort for joint in robot.settings.driven)
+    return tuple(
+        Motored(joint.name, joint.gains, effort)
+        for joint, effort in zip(robot.settings.driven, efforts, strict=True)
+    )
+
+
 @dataclass(frozen=True)
 class JointServos:
-    """The servos of a robot's driven joints, in the order of `GazeboSettings.driven`, each `(N,)`.
+    """The servos of some joints, in their order, each `(N,)`.
 
     Attributes:
         position: Addresses in qpos.
@@ -56,7 +81,8 @@ class JointServos:
             velocity: How fast they change [rad/s or m/s].
             effort: The efforts [N m or N], of those that follow what is added.
         """
-        carried = data.qfrc_bias[self.velocity] + model.dof_damping[self.velocity] * velocity
+        load = data.qfrc_bias[self.velocity] - data.qfrc_gravcomp[self.velocity]
+        carried = load + model.dof_damping[self.velocity] * velocity
         follows = ~is_effort
         ahead = np.clip(position - data.qpos[self.position], -self.reach, self.reach)
         data.act[self.sums] = data.qpos[self.position] + ahead + self.lead * velocity
@@ -67,21 +93,20 @@ class JointServos:
         bias[:, 1], bias[:, 2] = follows * -self.stiffness, follows * -self.damping
 
 
-def add_joint_servos(spec: Any, robot: RobotModel) -> None:
-    """Add the motors of a robot's driven joints, one after the other."""
-    for joint in robot.settings.driven:
+def add_joint_servos(spec: Any, joints: Sequence[Motored]) -> None:
+    """Add the motors of joints, one after the other."""
+    for each in joints:
         # their limits follow from what they move, which is known when the model is compiled
-        add_servo(spec, joint.name, robot.urdf.joints[joint.name].max_effort or 1.0)
+        add_servo(spec, each.joint, each.effort or 1.0)
 
 
-def tune_joint_servos(model: Any, robot: RobotModel, config: ServoConfig) -> JointServos:
+def tune_joint_servos(model: Any, joints: Sequence[Motored], config: ServoConfig) -> JointServos:
     """Set the gains of a compiled model's motors by what they move, or as the file gives them.
 
     A servo is a critically damped spring to the wanted position, stiff enough for the joint's dry
     friction. It is implicit in MuJoCo's step, so that no inertia is too light for it.
     """
-    joints = robot.settings.driven
-    found = [model.joint(joint.name) for joint in joints]
+    found = [model.joint(each.joint) for each in joints]
     velocity = np.array([joint.dofadr[0] for joint in found], np.int64)
     moved = np.array([_moved(model, int(dof)) for dof in velocity])
     # [rad or m] Dry friction keeps a servo so far from where it is to be.
@@ -94,9 +119,8 @@ def tune_joint_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Joi
         if joint.gains is not None:
             stiffness[i], damping[i] = joint.gains.p, joint.gains.d
     # A motor whose file names no limit lifts what it moves, and speeds it up by 100 rad/s^2.
-    limits = [robot.urdf.joints[joint.name].max_effort for joint in joints]
-    effort = np.array([limit or 200.0 * each for limit, each in zip(limits, moved, strict=True)])
-    motors, sums = actuators(model, [joint.name for joint in joints])
+    effort = np.array([j.effort or 200.0 * each for j, each in zip(joints, moved, strict=True)])
+    motors, sums = actuators(model, [each.joint for each in joints])
     model.actuator_forcerange[motors] = np.stack([-effort, effort], axis=1)
     model.actuator_gainprm[motors, 0] = stiffness
     model.actuator_biasprm[motors, 1], model.actuator_biasprm[motors, 2] = -stiffness, -damping

@@ -11,11 +11,12 @@ from typing import Any
 import numpy as np
 
 from arjuna_core.twist import Velocity
-from arjuna_sim.model.joints import EFFORT, POSITION, Gains
+from arjuna_sim.model.joints import EFFORT, VELOCITY, Gains
 from arjuna_sim.model.world import Follower, Motor, Mover
+from arjuna_sim.physics.scene import Scene
 
 _MOST = np.array((30.0, 30.0, 100.0))  # as hard as it pushes [m/s^2, m/s^2, rad/s^2]
-_RESPONSE = 0.05  # [s] of a motor whose file gives no gains
+_NO_GAINS = Gains(0.0)
 
 
 class Motors:
@@ -29,13 +30,10 @@ class Motors:
         self._motors = dict(found)
         self.rewind()
 
-    def __bool__(self) -> bool:
-        """Return whether there are any."""
-        return bool(self._motors)
-
     def rewind(self) -> None:
         """Take the commands of the start again."""
         self._wanted = {name: motor.start for name, motor in self._motors.items()}
+        self._points = dict.fromkeys(self._motors, 0.0)
         self._sums = dict.fromkeys(self._motors, 0.0)
 
     def command(self, name: str, value: float) -> None:
@@ -43,43 +41,31 @@ class Motors:
         if math.isfinite(value):
             self._wanted[name] = value
 
-    def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
-        """Turn those whose positions and rates `handles` has."""
-        step = model.opt.timestep
-        for name in self._motors.keys() & handles.keys():
-            motor, wanted, (_, at, rate) = self._motors[name], self._wanted[name], handles[name]
-            speed, moved = data.qvel[rate], model.dof_M0[rate]
-            effort, most = wanted, motor.most
-            if motor.command == POSITION:
-                off = wanted - data.qpos[at]
-                effort = self._servo(name, model, data, (off, speed), rate)
-            elif motor.command != EFFORT:
-                carried = _carried(data, rate) + model.dof_damping[rate] * wanted
-                effort = carried + moved * (wanted - speed) / step
-                most = min(most, abs(carried) + _MOST[2] * moved)
-            data.qfrc_applied[rate] = min(max(effort, -most), most)
-
-    def _servo(
-        self, name: str, model: Any, data: Any, state: tuple[float, float], rate: int
-    ) -> float:
-        """Return the effort to a position, of gains by the error and speed at the step's end."""
-        (off, speed), step, moved = state, model.opt.timestep, model.dof_M0[rate]
-        gains, carried = self._motors[name].gains, 0.0
-        if gains is None:
-            # [rad or m] Dry friction keeps it so far from where it is to be.
-            stiffness = max(moved / _RESPONSE**2, model.dof_frictionloss[rate] / 1e-3)
-            gains = Gains(stiffness, d=2.0 * math.sqrt(stiffness * moved))
-            carried = _carried(data, rate)
-        summed = self._sums[name] + gains.i * off * step
-        self._sums[name] = summed = min(max(summed, -gains.clamp), gains.clamp)
-        damping = gains.d + step * gains.p
-        pushed = gains.p * off - damping * speed + summed + carried
-        return float(pushed / (1.0 + step * damping / moved))
-
-
-def _carried(data: Any, rate: int) -> float:
-    """Return the effort that holds a hinge against what pulls at it."""
-    return float(data.qfrc_bias[rate] - data.qfrc_gravcomp[rate])
+    def drive(self, scene: Scene, data: Any, elapsed: float) -> None:
+        """Command those of a scene for a time [s]."""
+        found = [self._motors[name] for name in scene.turned]
+        wanted = np.array([self._wanted[name] for name in scene.turned])
+        now = data.qpos[scene.motors.position]
+        is_effort = np.array([motor.command == EFFORT for motor in found], bool)
+        is_speed = np.array([motor.command == VELOCITY for motor in found], bool)
+        for i, (name, motor) in enumerate(zip(scene.turned, found, strict=True)):
+            gains = motor.gains or _NO_GAINS
+            summed = self._sums[name] + gains.i * (wanted[i] - now[i]) * elapsed
+            self._sums[name] = min(max(summed, -gains.clamp), gains.clamp)
+            reach = scene.motors.reach[i]
+            self._points[name] = min(max(self._points[name], now[i] - reach), now[i] + reach)
+        points = np.array([self._points[name] for name in scene.turned])
+        sums = np.array([self._sums[name] for name in scene.turned])
+        scene.motors.drive(
+            scene.model,
+            data,
+            is_effort,
+            np.where(is_speed, points, wanted),
+            is_speed * wanted,
+            np.where(is_effort, wanted, ~is_speed * sums),
+        )
+        for name, speed in zip(scene.turned, is_speed * wanted, strict=True):
+            self._points[name] += speed * elapsed
 
 
 class Movers:
@@ -110,7 +96,7 @@ class Movers:
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self._starts or self._followers or self.motors)
+        return bool(self._starts or self._followers)
 
     def rewind(self) -> None:
         """Take the commands and the waypoints of the start again."""
@@ -131,7 +117,6 @@ class Movers:
 
     def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
         """Push those whose bodies' positions and rates `handles` has."""
-        self.motors.push(model, data, handles)
         for name in self._followers.keys() & handles.keys():
             self._follow(name, model, data, handles[name])
         for name in self._starts.keys() & handles.keys():

@@ -16,7 +16,7 @@ from arjuna_sim.model.geometry.shapes import Group, Part
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.urdf import Joint
 from arjuna_sim.physics.geoms import add_part
-from arjuna_sim.physics.joint_servos import add_joint_servos
+from arjuna_sim.physics.joint_servos import add_joint_servos, motored
 from arjuna_sim.physics.wheels.servo import ServoConfig, add_rollers, add_servo, armature
 from arjuna_sim.physics.wheels.tyres import add_tyre
 
@@ -54,7 +54,7 @@ def add_robot(spec: Any, robot: RobotModel, servo: ServoConfig, sag: float) -> N
         add_servo(spec, name, robot.drive.torque)
     for name in robot.drive.steering:
         add_servo(spec, name)
-    add_joint_servos(spec, robot)
+    add_joint_servos(spec, motored(robot))
     for follower in robot.urdf.joints.values():
         _add_mimic(spec, follower)
 

@@ -30,11 +30,11 @@ def loaded(content: Bytes) -> Any:
     return mujoco.MjModel.from_binary_path("model.mjb", {"model.mjb": content.tobytes()})
 
 
-def let_sleep(model: Any, robots: Iterable[int]) -> None:
-    """Let all that moves sleep but robots, of which the roots' bodies are given."""
+def let_sleep(model: Any, driven: Iterable[int]) -> None:
+    """Let all that moves sleep but that of which motors turn some body."""
     model.tree_sleep_policy[:] = int(mujoco.mjtSleepPolicy.mjSLEEP_ALLOWED)
-    for root in robots:
-        tree = model.body_treeid[root]
+    for body in driven:
+        tree = model.body_treeid[body]
         model.tree_sleep_policy[tree] = int(mujoco.mjtSleepPolicy.mjSLEEP_NEVER)
 
 

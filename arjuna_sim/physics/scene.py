@@ -23,7 +23,13 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.world import World
 from arjuna_sim.physics.entity_body import add_entity, add_fixture, let_pass
 from arjuna_sim.physics.geoms import add_world, rank_friction
-from arjuna_sim.physics.joint_servos import JointServos, tune_joint_servos
+from arjuna_sim.physics.joint_servos import (
+    JointServos,
+    Motored,
+    add_joint_servos,
+    motored,
+    tune_joint_servos,
+)
 from arjuna_sim.physics.lights import set_reach
 from arjuna_sim.physics.robot_body import FAST, add_mounts, add_robot, free_joint, let_meet
 from arjuna_sim.physics.running import let_sleep, loaded, saved
@@ -73,6 +79,8 @@ class Scene:
             ground.
         is_obstacle: For each geom whether it has such a name, `(G,) bool`.
         rollers: Addresses in qpos of what the rollers of all wheels have turned.
+        motors: The servos of the world's motors.
+        turned: The entities that those turn, in their order.
     """
 
     model: Any
@@ -80,6 +88,8 @@ class Scene:
     names: tuple[str, ...]
     is_obstacle: Bools
     rollers: Ints
+    motors: JointServos
+    turned: tuple[str, ...]
 
 
 def build_scene(
@@ -107,8 +117,20 @@ def build_scene(
     model, models, owners = make(*made_of)
     _set_scale(model)
     set_reach(model, world.look)
-    let_sleep(model, [_root(model, robot) for robot in robots.values()])
-    return _scene(model, _tuned(model, robots, servo, timestep), models, owners)
+    turned = _turned(world, entities)
+    hinged = [int(model.joint(each.joint).bodyid[0]) for each in turned.values()]
+    let_sleep(model, [*(_root(model, robot) for robot in robots.values()), *hinged])
+    motors = tune_joint_servos(model, list(turned.values()), servo), tuple(turned)
+    return _scene(model, _tuned(model, robots, servo, timestep), models, owners, motors)
+
+
+def _turned(world: World, entities: tuple[Entity, ...]) -> dict[str, Motored]:
+    """Return by name what a world's motors turn."""
+    turned = {each.name: each.body for each in entities if each.name in world.motors and each.hinge}
+    return {
+        name: Motored(joint, (motor := world.motors[name]).gains, motor.most)
+        for name, joint in turned.items()
+    }
 
 
 def _faces(world: World) -> int:
@@ -154,6 +176,7 @@ def _made(
     let_meet(spec, tuple(robots.values()))
     owners = [entity.name for entity in entities for _ in range(add_entity(spec, entity))]
     let_pass(spec, entities)
+    add_joint_servos(spec, list(_turned(world, entities).values()))
     for fixture in world.sensors:
         add_fixture(spec, fixture, [entity.name for entity in entities])
         if isinstance(fixture.settings, CameraSettings):
@@ -259,12 +282,16 @@ def _found(
         is_own & (model.geom_group == Group.ROBOT_COLLISION.value),
         support,
         tune_servos(model, robot, servo),
-        tune_joint_servos(model, robot, servo),
+        tune_joint_servos(model, motored(robot), servo),
     )
 
 
 def _scene(
-    model: Any, robots: dict[str, RobotInScene], models: list[str], owners: list[str]
+    model: Any,
+    robots: dict[str, RobotInScene],
+    models: list[str],
+    owners: list[str],
+    motors: tuple[JointServos, tuple[str, ...]],
 ) -> Scene:
     """Name geoms; they are in the order of their bodies: the world, the robots, the entities."""
     names = [*models, *[""] * (model.ngeom - len(models) - len(owners)), *owners]
@@ -278,4 +305,5 @@ def _scene(
         tuple(names),
         np.array([name != "" for name in names]),
         np.concatenate([np.zeros(0, np.int64), *rollers]),
+        *motors,
     )

@@ -224,6 +224,8 @@ class Stage:
 
     def advance(self, steps: int) -> None:
         """Run the physics for a number of steps."""
+        if self.scene.turned:
+            self.movers.motors.drive(self.scene, self.data, steps * self._timestep)
         if self._runs_alone and not self.movers and not self.forces:
             self._steps += steps
             self._stepper.run(steps)

@@ -14,6 +14,7 @@ from arjuna_core.twist import Velocity
 from arjuna_sim.files.robots.controllers import drive_of_controllers
 from arjuna_sim.files.robots.joint_controllers import is_joint_plugin, read_joint_plugin
 from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
+from arjuna_sim.files.robots.rules import limit_of
 from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
 from arjuna_sim.files.sdf.model_tags import SWINGING, SdfJoint, is_static, own_pose
@@ -142,12 +143,10 @@ def read_motors(
         return {}
     motors = dict[str, Motor]()
     for name in (each for each in controller.joints if each in found):
-        label, joint = f"joint '{name}'", driven[name]
-        limit = found[name].element.findtext("axis/limit/effort")
-        most = max(0.0, xml.limit(limit, math.inf, f"{label} <effort>")) or math.inf
-        start = joint.initial
+        joint, start = driven[name], driven[name].initial
+        most = limit_of(found[name].element.findtext("axis/limit/effort"))
         if controller.command == VELOCITY:
-            start = xml.number(plugin, "initial_velocity", 0.0, label)
+            start = xml.number(plugin, "initial_velocity", 0.0, f"joint '{name}'")
         motors[found[name].name] = Motor(
             controller.topic, controller.command, start, joint.gains, most
         )
