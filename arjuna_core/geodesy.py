@@ -10,6 +10,8 @@ import numpy as np
 from arjuna_core.arrays import Floats
 from arjuna_core.se2 import SE2
 
+GRAVITY = 9.81
+"""As in Gazebo; standard gravity is 9.80665 (ISO 80000-3) [m/s^2]."""
 SEMI_MAJOR = 6378137.0
 FLATTENING = 1.0 / 298.257223563
 _ECCENTRICITY_2 = FLATTENING * (2.0 - FLATTENING)

@@ -9,9 +9,9 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.config import angle_param, fixed
+from arjuna_core.geodesy import GRAVITY
 
 _MEAN = 1.0  # time over which forces are averaged, and after which a silent IMU counts no more [s]
-_GRAVITY = 9.81
 _FELT = 0.5  # of gravity: an IMU that reports less has taken gravity off
 
 
@@ -52,7 +52,7 @@ class Posture:
         self.felt_at = now
         size = float(np.linalg.norm(self._force))
         cosine = float(self._force @ self._up) / max(size, 1e-9)
-        self._tilt = math.nan if size < _FELT * _GRAVITY else math.acos(max(-1.0, min(1.0, cosine)))
+        self._tilt = math.nan if size < _FELT * GRAVITY else math.acos(max(-1.0, min(1.0, cosine)))
 
     def tilt(self, now: float) -> float | None:
         """Return the angle between the robot's z axis and up [rad].

@@ -14,7 +14,7 @@ import numpy as np
 
 from arjuna_core.arrays import Floats
 from arjuna_core.errors import ConfigError
-from arjuna_core.geodesy import GeoPoint, MapOnEarth
+from arjuna_core.geodesy import GRAVITY, GeoPoint, MapOnEarth
 from arjuna_core.pose3 import ORIGIN, Pose3
 from arjuna_core.se2 import SE2, wrap
 from arjuna_core.twist import Velocity
@@ -27,8 +27,6 @@ from arjuna_sim.model.urdf import Hinge
 
 PERSON = (0.25, 1.7)
 """Radius and height of the cylinder that stands for a person [m]."""
-GRAVITY = 9.81
-"""As in Gazebo; standard gravity is 9.80665 (ISO 80000-3) [m/s^2]."""
 _NULL_ISLAND = GeoPoint(0.0, 0.0)
 GROUND = "ground_plane"
 """Name of the model that is the ground."""

@@ -10,6 +10,7 @@ from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import nearest
+from arjuna_core.geodesy import GRAVITY
 from arjuna_sim.files.tag_text import flag, plain, text_of, texts, topic, value
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.notes import NoteKind
@@ -24,7 +25,6 @@ from arjuna_sim.model.wheels import (
     wheel_separation,
     with_followers,
 )
-from arjuna_sim.model.world import GRAVITY
 
 _FILE = re.compile(
     r"(lib)?((gz|ignition)[-_](sim|gazebo)\d*[-_])?(gazebo[-_]ros[-_])?(?P<type>.+?)"

@@ -13,12 +13,12 @@ from tf2_msgs.msg import TFMessage
 
 from arjuna_core.arrays import Floats
 from arjuna_core.config import angle_param, duration_param, fixed, param, yaw_rate_param
+from arjuna_core.geodesy import GRAVITY
 from arjuna_core.pose3 import Pose3
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import pose3_msg, seconds, transform3_msg
 from arjuna_core.ros.node import ManagedNode
 from arjuna_core.ros.tf import transforms_msg
-from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.processing.madgwick import UP, MadgwickFilter, orientation, quaternion_of, rotation
 
 

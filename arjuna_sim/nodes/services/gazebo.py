@@ -45,9 +45,9 @@ _WORLDS = ("", "world", "map")
 """Names of the world's frame."""
 _CLASSIC, _OF_WORLDS, _EMPTY = "gazebo_msgs", "ros_gz_interfaces", "std_srvs/srv/Empty"
 _STANDARD, _SERVER = "simulation_interfaces", "gzserver"
-_PERIODS = 0.2, 0.05  # of looking for clients, and of polling for requests [s]
+_PERIODS = 0.2, 0.05, 0.002  # of looking for clients, of polling for requests, and for pushes [s]
 _PUSHES = {"apply_joint_effort", "apply_link_wrench", "clear_joint_efforts", "clear_link_wrenches"}
-_SOON = 0.002  # [s] of polling for these: programs call them in each step of their control loops
+"""What programs call in each step of their control loops."""
 
 
 class GazeboServices:
@@ -178,7 +178,7 @@ class GazeboServices:
             self._own.create_service(kind, name, self._counted(self._node.answering(name, answer)))
             if name.rpartition("/")[2] in _PUSHES and not self._is_soon:
                 self._is_soon = True
-                self._every(_SOON, self._poll)
+                self._every(_PERIODS[2], self._poll)
             self._node.get_logger().info(f"{name} is there, for a client asks for Gazebo's")
 
     def _counted(self, answer: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:

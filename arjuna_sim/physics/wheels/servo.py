@@ -12,9 +12,9 @@ from numba import njit
 
 from arjuna_core.arrays import Floats, Ints, Singles
 from arjuna_core.config import duration_param, fixed
+from arjuna_core.geodesy import GRAVITY
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import center
-from arjuna_sim.model.world import GRAVITY
 
 Rows = Singles | Floats
 

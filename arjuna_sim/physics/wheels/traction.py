@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from arjuna_core.arrays import Bools, Floats
-from arjuna_sim.model.world import GRAVITY
+from arjuna_core.geodesy import GRAVITY
 
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""

@@ -20,10 +20,10 @@ import mujoco
 import numpy as np
 
 from arjuna_core.arrays import Floats
+from arjuna_core.geodesy import GRAVITY
 from arjuna_sim.model.geometry.shapes import Group, Kind
 from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, idle_wheels, radius_of, width_of
-from arjuna_sim.model.world import GRAVITY
 from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
     GroundContacts,

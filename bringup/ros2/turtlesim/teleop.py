@@ -25,7 +25,6 @@ _HEADINGS = {
     key: eighth * math.pi / 4.0
     for key, eighth in zip("gtredcvb", (0, 1, 2, 3, 4, -3, -2, -1), strict=True)
 }  # as they lie around f on a keyboard
-_SCALE = 2.0
 
 
 class _Teleop:
@@ -34,7 +33,7 @@ class _Teleop:
     def __init__(self, client: Client) -> None:
         self._node = node = client.node
         for name in ("scale_linear", "scale_angular"):
-            node.declare_parameter(name, _SCALE)
+            node.declare_parameter(name, 2.0)
         self._commands = node.create_publisher(Twist, "turtle1/cmd_vel", 1)
         self._turns = ActionClient(node, RotateAbsolute, "turtle1/rotate_absolute")
         self._goal: Any = None
