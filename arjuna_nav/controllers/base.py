@@ -233,6 +233,10 @@ class PathController:
         """The part of the path that is still ahead, `(N, 3) float64`."""
         return self._path.ahead
 
+    def _asked_share(self, fastest: float) -> float:
+        """Return the share of a greatest speed [m/s] that others ask for, 0..1."""
+        return min(1.0, self.asked_limit / fastest) if fastest > 0.0 else 1.0
+
     def _turned(self, command: Velocity, arc: Floats, costmap: Costmap) -> ControlResult:
         """Return a turn on the spot, or NO_VALID_CONTROL where its poses `(N, 3)` collide."""
         if self._is_free(arc, costmap):
@@ -243,3 +247,10 @@ class PathController:
     def _is_free(self, poses: Floats, costmap: Costmap) -> bool:
         """Return whether the robot may be at all of the poses `(N, 3)`."""
         return first_collision(costmap, self._footprint, poses) is None
+
+
+def slow_down(controller: Controller, limit: float, asked: float) -> None:
+    """Limit a controller's forward speed [m/s], of which others ask for a limit alone."""
+    controller.speed_limit = limit
+    if isinstance(controller, PathController):
+        controller.asked_limit = asked

@@ -13,7 +13,7 @@ from arjuna_core.config import length_param, param, plugin_names, speed_param
 from arjuna_core.se2 import SE2
 from arjuna_core.twist import STILL, Velocity
 from arjuna_nav.controllers.approach import ApproachConfig, Arrival, FinalApproach
-from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, PathController
+from arjuna_nav.controllers.base import Controller, ControlResult, ControlStatus, slow_down
 from arjuna_nav.controllers.checkers import GoalChecker, ProgressChecker
 from arjuna_nav.controllers.display import want
 from arjuna_nav.controllers.escape import Escape, EscapeConfig
@@ -246,9 +246,7 @@ class PathFollower:
                 return final
         path = self.controller.path
         slower = allowed_speed(self._config.foresight, path, pose, costmap, speed)
-        self.controller.speed_limit = min(slower, self.speed_limit)
-        if isinstance(self.controller, PathController):
-            self.controller.asked_limit = self.speed_limit
+        slow_down(self.controller, min(slower, self.speed_limit), self.speed_limit)
         control = self._control(pose, velocity, costmap, now)
         distance = paths.length(self.controller.path)
         if control.status is ControlStatus.SUCCEEDED:

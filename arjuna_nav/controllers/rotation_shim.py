@@ -30,6 +30,7 @@ from arjuna_nav.controllers.base import (
     ControlStatus,
     PathController,
     TrackedPath,
+    slow_down,
 )
 from arjuna_nav.controllers.display import shown_by, topics_of, want
 from arjuna_nav.controllers.motion import MotionLimits, Turning, gentle_turns, rollout
@@ -135,9 +136,7 @@ class RotationShim(PathController):
             self.carrot, self._last_w = None, turn.velocity.yaw_rate
             return turn
         self._turning = False
-        self._primary.speed_limit = self.speed_limit
-        if isinstance(self._primary, PathController):
-            self._primary.asked_limit = self.asked_limit
+        slow_down(self._primary, self.speed_limit, self.asked_limit)
         want(self._primary, self.wanted)
         result = self._primary.compute(pose, velocity, costmap, now)
         self.shown = shown_by(self._primary)

@@ -84,8 +84,12 @@ class SearchPath:
 
     def package(self, beside: Path, name: str) -> Path | None:
         """Return the folder of a package, or None: of those of its name one that has a manifest."""
-        found = list(self._folders(beside, name))
-        return next((one for one in found if is_file(one / MANIFESTS[0])), next(iter(found), None))
+        first = None
+        for folder in self._folders(beside, name):
+            if is_file(folder / MANIFESTS[0]):
+                return folder
+            first = first or folder
+        return first
 
     def find(self, beside: Path, uri: str) -> Path | None:
         """Resolve a path, or a `file://`, `package://` or `model://` URI, to an existing file.

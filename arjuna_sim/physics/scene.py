@@ -126,10 +126,10 @@ def build_scene(
 
 def _turned(world: World, entities: tuple[Entity, ...]) -> dict[str, Motored]:
     """Return by name what a world's motors turn."""
-    turned = {each.name: each.body for each in entities if each.name in world.motors and each.hinge}
     return {
-        name: Motored(joint, (motor := world.motors[name]).gains, motor.most)
-        for name, joint in turned.items()
+        each.name: Motored(each.body, motor.gains, motor.most)
+        for each in entities
+        if each.hinge and (motor := world.motors.get(each.name))
     }
 
 

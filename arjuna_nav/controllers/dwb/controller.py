@@ -144,9 +144,7 @@ class Dwb(PathController):
             min(side_max, drift + config.acc_lim_y * reach),
             config.vy_samples,
         )
-        desired = self.desired_speed
-        w_max = config.max_vel_theta
-        w_max *= min(1.0, self.asked_limit / desired) if desired > 0.0 else 1.0
+        w_max = config.max_vel_theta * self._asked_share(self.desired_speed)
         w = _spaced(
             max(-w_max, velocity.yaw_rate - config.acc_lim_theta * reach),
             min(w_max, velocity.yaw_rate + config.acc_lim_theta * reach),

@@ -136,7 +136,7 @@ class Mppi(PathController):
 
     def _limits(self) -> Limits:
         config = self._config
-        share = min(1.0, self.asked_limit / config.vx_max) if config.vx_max > 0.0 else 1.0
+        share = self._asked_share(config.vx_max)
         return Limits(
             max(config.vx_min * share, -self.speed_limit),
             min(config.vx_max, self.speed_limit),
