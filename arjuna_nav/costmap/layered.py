@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -14,10 +14,10 @@ from arjuna_core.grid import GridFrame, OccupancyGrid
 from arjuna_core.se2 import SE2
 from arjuna_nav.costmap.collision import outside_grid
 from arjuna_nav.costmap.config import CostmapConfig
-from arjuna_nav.costmap.costmap import Costmap
+from arjuna_nav.costmap.costmap import INSCRIBED, Costmap
 from arjuna_nav.costmap.footprint import Footprint
 from arjuna_nav.costmap.inflation import clearances
-from arjuna_nav.costmap.layers.base import Master, moved
+from arjuna_nav.costmap.layers.base import Layer, Master, SensedLayer, moved
 from arjuna_nav.costmap.layers.container import LayerGroup
 from arjuna_nav.costmap.layers.inflation import InflationLayer
 from arjuna_nav.costmap.layers.static import PlacedMap
@@ -146,6 +146,18 @@ class LayeredCostmap:
         self._note_moving()
         self._overlay()
 
+    def is_blocked_for_good(self, pose: SE2) -> bool:
+        """Return whether the costs forbid a pose even when all that sensors saw is forgotten."""
+        frame = self._master.frame
+        row, column = frame.to_cell(pose.x, pose.y)
+        if not frame.contains(row, column):
+            return False
+        cell = slice(row, row + 1), slice(column, column + 1)
+        window = grown(cell, self.group.reach, frame.shape)
+        lasting = [one for one in self.group.in_use if not isinstance(one, SensedLayer)]
+        costs = self._composed(window, lasting)[seen_in(cell, window)]
+        return bool((costs >= INSCRIBED).any())
+
     def clear_entirely(self) -> None:
         """Forget all obstacles seen; the map stays."""
         self._clear(None)
@@ -183,7 +195,7 @@ class LayeredCostmap:
         circumscribed_cost, distances, _ = [nothing, *inflations.values()][-1]
         self._costmap = Costmap(
             frame,
-            self._composed(whole(frame.shape)),
+            self._composed(whole(frame.shape), in_use),
             self._stamp,
             circumscribed_cost,
             self._master.footprint.circumscribed_radius,
@@ -203,14 +215,17 @@ class LayeredCostmap:
         reach = self.group.reach
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
-        self._costmap.data[window] = self._composed(source)[seen_in(window, source)]
+        self._costmap.data[window] = self._composed(source, self.group.in_use)[
+            seen_in(window, source)
+        ]
         self._changed = joined(self._changed, window)
 
-    def _composed(self, window: Window) -> Bytes:
-        """Return the costs of a window, as if there were nothing outside it."""
+    def _composed(self, window: Window, layers: Sequence[Layer]) -> Bytes:
+        """Return the costs of a window by some layers, as if there were nothing outside it."""
         shape = (window[0].stop - window[0].start, window[1].stop - window[1].start)
         costs = np.full(shape, self._master.untouched, dtype=np.uint8)
-        self.group.write(costs, window)
+        for layer in layers:
+            layer.write(costs, window)
         return costs
 
     def _note_moving(self) -> None:

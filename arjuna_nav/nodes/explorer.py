@@ -7,11 +7,13 @@ from dataclasses import dataclass, field
 from typing import Any, ClassVar
 
 import numpy as np
-from nav2_msgs.action import NavigateToPose, Spin
+from action_msgs.msg import GoalStatus
+from geometry_msgs.msg import Point
+from nav2_msgs.action import BackUp, NavigateToPose, Spin
 from nav_msgs.msg import OccupancyGrid as OccupancyGridMsg
 from std_msgs.msg import String
 
-from arjuna_core.config import duration_param, fixed
+from arjuna_core.config import duration_param, fixed, length_param, speed_param
 from arjuna_core.grid import OccupancyGrid
 from arjuna_core.ros import qos
 from arjuna_core.ros.convert import grid_from_msg, pose_stamped
@@ -29,6 +31,10 @@ class ExplorerConfig:
 
     period: float = duration_param(1.0, "Time between two looks at the map.", minimum=0.1)
     patience: float = duration_param(3.0, "How long no goal must be left to be done.")
+    backup_dist: float = length_param(
+        0.30, "Distance to back up where the robot is too near to something to look round."
+    )
+    backup_speed: float = speed_param(0.15, "Speed of that.")
     map_frame: str = fixed("map", "Frame of the map.")
     robot_base_frame: str = fixed("base_footprint", "Frame of the robot.")
     exploration: ExplorationConfig = field(default_factory=ExplorationConfig)
@@ -60,7 +66,8 @@ class ExplorerNode(ManagedNode):
         )
         self._client = self.keep(GoalClient(self, NavigateToPose, "navigate_to_pose"))
         self._spinner = self.keep(GoalClient(self, Spin, "spin"))
-        self._turned, self._turning = False, False
+        self._backer = self.keep(GoalClient(self, BackUp, "backup"))
+        self._turned = self._turning = self._backed_up = False
         self.every(self.config.period, self._look)
 
     def activate(self) -> None:
@@ -75,6 +82,7 @@ class ExplorerNode(ManagedNode):
             self._goal = None
         if self._turning:
             self._spinner.cancel()
+            self._backer.cancel()
 
     @property
     def waits_for(self) -> str:
@@ -135,7 +143,18 @@ class ExplorerNode(ManagedNode):
         self._publish("exploring: looking round")
 
     def _on_turned(self, outcome: GoalOutcome) -> None:
-        self._turning = False
+        """Back up once where something was in the way, as the recoveries of Nav2's trees do."""
+        blocked = outcome.status == GoalStatus.STATUS_ABORTED
+        self._turning = blocked and not self._backed_up and self._backer.ready
+        if self._turning:
+            self._backed_up = True
+            target = Point(x=self.config.backup_dist)
+            goal = BackUp.Goal(target=target, speed=self.config.backup_speed)
+            self._backer.send(goal, self._on_backed_up)
+            self._publish("exploring: backing up")
+
+    def _on_backed_up(self, outcome: GoalOutcome) -> None:
+        self._turned = self._turning = False
 
     def _is_useful(self, goal: SE2) -> bool:
         assert self._grid is not None

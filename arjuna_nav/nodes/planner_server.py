@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from typing import Any
@@ -68,12 +68,14 @@ class _Plan:
     """A plan that is being made.
 
     Attributes:
+        ends: The poses to pass and the goal.
         began: When [s].
         limit: How long it may take [s].
         stop: Set where nobody waits for it any more.
     """
 
     outline: Footprint
+    ends: Sequence[SE2]
     began: float
     limit: float
     stop: Bools = field(default_factory=lambda: np.zeros(1, np.bool_))
@@ -189,7 +191,7 @@ class PlannerServerNode(GoalNode):
         if not self.process.isolated:  # updates change it in place while the thread plans
             costmap = costmap.copied()
         limit = getattr(getattr(self.config, planner), "max_planning_time", math.inf)
-        plan = _Plan(self._costmap.layered.footprint, self.now, limit)
+        plan = _Plan(self._costmap.layered.footprint, ends, self.now, limit)
         self._plans[name] = plan
         shape = plan.outline, self.config.fit_outline
         self._worker.run(
@@ -212,7 +214,7 @@ class PlannerServerNode(GoalNode):
             self.get_logger().warning(message)
         result = _ACTIONS[name].Result(planning_time=duration_msg(self.now - self._asked_at[name]))
         if made.status is not PlanStatus.SUCCEEDED:
-            code = made.status.code(name == "compute_path_through_poses")
+            code = self._lasting(made.status, plan).code(name == "compute_path_through_poses")
             server.fail(GoalError(code, made.message), planning_time=result.planning_time)
             return
         result.path = path_msg(made.path, self._costmap.config.global_frame, self.now)
@@ -221,6 +223,13 @@ class PlannerServerNode(GoalNode):
         if made.expansions is not None:
             self._show(made.expansions, made.path, plan.outline, result.path.header)
         server.succeed(result)
+
+    def _lasting(self, status: PlanStatus, plan: _Plan) -> PlanStatus:
+        """Return how a plan failed: where what stands on a goal may leave, recoveries may help."""
+        if status is not PlanStatus.GOAL_OCCUPIED:
+            return status
+        lasts = any(map(self._costmap.layered.is_blocked_for_good, plan.ends))
+        return status if lasts else PlanStatus.NO_VALID_PATH
 
     def _show(self, expansions: Floats, path: Floats, outline: Footprint, head: Any) -> None:
         """Publish the poses that a search expanded, and the robot's outline along its path."""

@@ -158,6 +158,18 @@ def test_recovers_in_turn_and_gives_up_after_six(script: Script) -> None:
     assert script.recoveries == 6
 
 
+def test_what_stays_on_a_goal_and_is_seen_after_each_clearing_ends_it(script: Script) -> None:
+    script.follow()
+    for _ in range(7):
+        assert script.tick(1.0) == ["check", "plan"]
+        assert script.tick(0.1, plan=failed(), check=True) == ["clear_global"]
+        assert script.tick(clear_global=True) == ["check", "plan"]
+        script.tick(0.1, plan=planned(), check=True)
+    script.tick(1.0)
+    assert "clear_local" in script.tick(0.1, plan=failed(), check=True)
+    assert script.recoveries == 1
+
+
 def test_the_configurations_defaults_are_the_numbers_of_nav2s_tree() -> None:
     tree = shipped_file("behavior_trees") / "navigate_to_pose_w_replanning_and_recovery.xml"
     text, config = tree.read_text(encoding="utf-8"), NavigatorConfig()

@@ -158,6 +158,18 @@ def test_clearing_forgets_obstacles_but_never_the_map() -> None:
         assert layered.costmap.cost_at(2.05, 0.001) == 254
 
 
+def test_what_the_map_blocks_is_blocked_for_good_and_what_was_seen_is_not() -> None:
+    grid = grid_of(6.0, 6.0, (5.0, 0.0, 0.1, 6.0), origin=SE2(-3.0, -3.0))
+    layered = LayeredCostmap(costmap_config(robot_radius=0.2))
+    layered.set_map(grid)
+    see(layered, SE2(), 0.0, [PlacedScan(one_beam(0.52), SE2())])
+    seen, beside_wall, outside = SE2(0.52), SE2(1.85), SE2(9.0)
+    assert layered.costmap.cost_at(seen.x, 0.001) == 254
+    assert layered.costmap.cost_at(beside_wall.x, 0.001) == 253
+    forever = [layered.is_blocked_for_good(pose) for pose in (seen, beside_wall, outside)]
+    assert forever == [False, True, False]
+
+
 @pytest.mark.parametrize(
     ("away", "side", "cost"), [(1.0, 1, 0), (1.05, 1, 254), (1.0, -1, 0), (1.04, -1, 254)]
 )

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 from map_msgs.msg import OccupancyGridUpdate
-from nav2_msgs.action import NavigateToPose, Spin
+from nav2_msgs.action import BackUp, NavigateToPose, Spin
 from std_msgs.msg import Bool, String
 from visualization_msgs.msg import Marker, MarkerArray
 
@@ -38,6 +38,8 @@ class FakeNavigator(ManagedNode):
             GoalServer(self, NavigateToPose, "navigate_to_pose", self._on_goal, self._admit)
         )
         self.spinner = self.keep(GoalServer(self, Spin, "spin", self._on_spin))
+        self.backer = self.keep(GoalServer(self, BackUp, "backup", self._on_backup))
+        self.backed_up: list[float] = []
 
     def _admit(self, goal: Any) -> str | None:
         return "by order" if self.refuses else None
@@ -47,6 +49,9 @@ class FakeNavigator(ManagedNode):
 
     def _on_spin(self) -> None:
         self.turns.append(self.spinner.goal.target_yaw)
+
+    def _on_backup(self) -> None:
+        self.backed_up.append(self.backer.goal.target.x)
 
     def end(self, *, reached: bool) -> None:
         """End the running goal."""
@@ -196,6 +201,23 @@ def test_a_robot_that_sees_only_ahead_turns_round_at_the_end(exploration: Explor
     exploration.robot.run(2.0)
     assert len(exploration.navigator.goals) == 1
     assert len(exploration.navigator.turns) == 1
+
+
+def test_a_robot_before_a_wall_backs_up_once_to_turn_round(exploration: Exploration) -> None:
+    exploration.hide((-5.5, 1.0))
+    navigator = exploration.navigator
+    exploration.robot.run(2.0)
+    navigator.spinner.abort(Spin.Result())
+    exploration.robot.run(PATIENCE + 2.0)
+    assert navigator.backed_up == [0.3]
+    assert exploration.said == "exploring: backing up"
+    navigator.backer.succeed(BackUp.Result())
+    exploration.robot.run(2.0)
+    assert len(navigator.turns) == 2
+    navigator.spinner.abort(Spin.Result())
+    exploration.robot.run(PATIENCE + 2.0)
+    assert len(navigator.backed_up) == 1
+    assert exploration.said == "done: looked from 0 places"
 
 
 def test_what_it_waits_for_is_said_with_its_remedy(exploration: Exploration) -> None:

@@ -25,7 +25,7 @@ from tests.helpers.nav.navigation import (
     started,
 )
 from tests.helpers.nav.navigator_goals import IN_BOX, IN_RING, broken, stamped, walled_room
-from tests.nav.worlds import costmap_of, empty_grid, grid_of
+from tests.nav.worlds import block, costmap_of, empty_grid, grid_of
 
 Result = ComputePathToPose.Result
 ResultThrough = ComputePathThroughPoses.Result
@@ -131,6 +131,19 @@ def test_what_cannot_be_planned_fails_with_its_code(robot: PlayedRobot) -> None:
             stops = (GOAL, GOAL)
         others = {name: value for name, value in fields.items() if name != "goal"}
         assert_failed(through(robot, *stops, **others), code + 100)
+
+
+def test_what_sensors_see_on_a_goal_may_leave_it_and_is_no_end_at_once() -> None:
+    exactly: dict[str, Any] = {"planner_server": {"GridBased.tolerance": 0.0}}
+    robot = started(GLOBAL_COSTMAP, PLANNER_SERVER, world=walled_room(), **exactly)
+    free = robot.world.data.copy()
+    block(robot.world, 7.35, 7.35, 0.3, 0.3)
+    robot.run(1.0)
+    assert_failed(to_pose(robot, GOAL), Result.NO_VALID_PATH)
+    assert_failed(through(robot, SE2(1.0, 0.0), GOAL), ResultThrough.NO_VALID_PATH)
+    robot.world.data[:] = free
+    robot.bench.process.find("global_costmap/global_costmap").layered.clear_entirely()
+    assert to_pose(robot, GOAL).status == SUCCEEDED
 
 
 def test_no_poses_are_a_logged_error(robot: PlayedRobot, capfd: pytest.CaptureFixture[str]) -> None:
