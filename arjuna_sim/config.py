@@ -18,7 +18,12 @@ class SimulatorConfig:
     """Time steps, and what the robot's devices are like."""
 
     tick: float = duration_param(
-        0.02, "Time that one step advances.", minimum=0.001, maximum=0.1, read_only=True
+        0.02,
+        "Time that one step advances; by default one step of the physics where a robot balances or"
+        " takes efforts of its joints, so that who holds it from outside is not late.",
+        minimum=0.001,
+        maximum=0.1,
+        read_only=True,
     )
     physics_timestep: float = duration_param(
         0.004,

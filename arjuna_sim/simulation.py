@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import zlib
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 from arjuna_core.se2 import IDENTITY, SE2
 from arjuna_core.twist import Velocity
 from arjuna_sim.config import SimulatorConfig
+from arjuna_sim.devices.driving.joints import JointControllers
 from arjuna_sim.driven_robot import DrivenRobot, Observation
 from arjuna_sim.model.entities import BlockedPoseError
 from arjuna_sim.model.notes import gathered
@@ -59,14 +60,14 @@ class Simulation:
         config: SimulatorConfig,
         rng: np.random.Generator,
     ) -> None:
-        self.config = config
-        self._substeps, self._tick = config.substeps, round(config.tick * 1e9)
         self._seeds = rng.bit_generator.random_raw(4)
         staged = {name: start.robot.below(name) for name, start in starts.items()}
         self.stage = Stage(staged, world, config.servo, config.physics_timestep)
+        self.config = _paced(config, self.stage)
+        self._substeps, self._tick = self.config.substeps, round(self.config.tick * 1e9)
         self._first = {name: self._made(name, start) for name, start in starts.items()}
         self.robots = dict(self._first)
-        self.fixed = StagedSensors(self.stage, config, int(self._seeds[0]))
+        self.fixed = StagedSensors(self.stage, self.config, int(self._seeds[0]))
         self.stage.on_rebuild = self._rebind
         self._choose_spawns()
         self.reset()
@@ -167,9 +168,9 @@ class Simulation:
 
     def adjust(self, config: SimulatorConfig) -> None:
         """Take new limits of the drives and noises of the odometry, while it runs."""
-        self.config = config
+        self.config = replace(config, tick=self.config.tick)
         for robot in self.robots.values():
-            robot.adjust(config)
+            robot.adjust(self.config)
 
     def reset(self, rng: np.random.Generator | None = None) -> None:
         """Return to the start: time 0, the world as it was read, noise rewound.
@@ -248,3 +249,14 @@ class Simulation:
         self.fixed.close()
         for robot in self.robots.values():
             robot.close()
+
+
+def _paced(config: SimulatorConfig, stage: Stage) -> SimulatorConfig:
+    """Return the time steps: short ones where a robot is held upright, or pushed, from outside."""
+    is_held = any(
+        stage.scene.robots[name].support.balances or JointControllers(robot).is_pushed
+        for name, robot in stage.robots.items()
+    )
+    if not is_held or config.tick != SimulatorConfig.tick:
+        return config
+    return replace(config, tick=config.physics_timestep)

@@ -87,6 +87,11 @@ class ControllerSettings:
     stall_timeout: float = 1.0
     allow_stalling: bool = False
 
+    @property
+    def is_push(self) -> bool:
+        """True where its commands are efforts."""
+        return self.kind is ControllerKind.FORWARD and self.command == EFFORT
+
     def turns_wheels(self, drive: str, steers: bool) -> bool:
         """Return whether it turns wheels, or steers them, that a drive turns otherwise.
 

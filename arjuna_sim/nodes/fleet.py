@@ -220,7 +220,8 @@ class Fleet:
             # who asks for it may be answered by one of these nodes' own events, still queued
             self._node.process.executor.create_task(gone.destroy)
         for name in [n for n in robots if n != SOLO and n not in self._nodes]:
-            namespace, config = self._namespaces.get(name, name), self._node.config
+            namespace, tick = self._namespaces.get(name, name), self._simulation.config.tick
+            config = dataclasses.replace(self._node.config, tick=tick)
             if name in self._namespaces:  # spawned later: another launch file's, or nobody's
                 config = dataclasses.replace(config, frames_of_file=False)
             process, stage = self._node.process, self._simulation.stage

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -84,7 +85,7 @@ class SimNode(ManagedNode):
     def _create_topics(self) -> None:
         self._clock_out = self.publisher(Clock, "/clock", qos.LATEST)
         own = self.simulator.robots.get(SOLO)
-        stage, config = self.simulator.stage, self.config
+        stage, config = self.simulator.stage, replace(self.config, tick=self.simulator.config.tick)
         self._own = None if own is None else RobotInterface(self, own, stage, config)
         self._fixed = WorldTopics(self, self.simulator.fixed, stage)
         self._pace_out = self.publisher(Float64, "real_time_factor", qos.DEFAULT)
@@ -199,7 +200,7 @@ class SimNode(ManagedNode):
             self._meter.pause()
             return 0.0 if self.active and self._is_stepping else math.inf
         self._wall = wall_now
-        factor = self._meter.update(wall_now, self._ticks * self.config.tick)
+        factor = self._meter.update(wall_now, self._ticks * self.simulator.config.tick)
         if factor is not None:
             self._pace_out.publish(Float64(data=factor))
         return self._pacer.wait(self.simulator.time)

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -23,11 +24,15 @@ from arjuna_sim.model.entities import BlockedPoseError, Entity
 from arjuna_sim.model.robot import SOLO, RobotModel
 from arjuna_sim.physics.robot_body import ROBOTS_MAX
 from arjuna_sim.simulation import Simulation, Start
+from tests.sim import drive_cases as cases
+from tests.sim.arms import CONTROLLERS, write_arm
 from tests.sim.builders import EMPTY, ROBOT, ROOM, ROOT, simulator
+from tests.sim.robot_files.tags import sides
 
 ARJUNA = load_robot(ROBOT)
 BURGER = load_robot(ROOT / "urdf" / "burger.urdf")
 EXACT = SimulatorConfig(lidar=LidarConfig(noise=0.0))
+SIDES = (("left", 0.14), ("right", -0.14))
 HALF = 0.2  # of Arjuna's length, about [m]
 
 
@@ -245,3 +250,31 @@ def test_a_start_outside_is_noted_with_one_inside(at: tuple[float, float], is_sa
         assert f"the start ({at[0]:g}, {at[1]:g})" in note
         x, y = map(float, note.rpartition("inside is (")[2].rstrip(")").split(","))
         assert simulator(ROOM, spawn=SE2(x, y)).notes == simulator(ROOM).notes
+
+
+def balancing(folder: Path) -> Path:
+    """Write a robot on one axle."""
+    wheels = tuple(cases.Wheel(f"one_{side}_wheel", 0.0, y) for side, y in SIDES)
+    drive = cases.plugin("gz-sim-diff-drive-system", sides("one"))
+    return cases.Robot(wheels, drive, radius=0.1).write(folder)
+
+
+@pytest.mark.parametrize(
+    ("write", "tick", "wanted"),
+    [
+        (balancing, 0.02, 0.004),
+        (balancing, 0.012, 0.012),
+        (lambda folder: write_arm(folder, {"efforts": CONTROLLERS["efforts"]}), 0.02, 0.004),
+        (lambda folder: write_arm(folder, CONTROLLERS), 0.02, 0.02),  # others hold its joints
+        (lambda _: ROBOT, 0.02, 0.02),
+    ],
+)
+def test_who_is_held_upright_or_pushed_from_outside_has_a_short_tick(
+    tmp_path: Path, write: Callable[[Path], Path], tick: float, wanted: float
+) -> None:
+    starts = {"": Start(load_robot(write(tmp_path)))}
+    sim = together(starts, config=SimulatorConfig(tick=tick))
+    sim.adjust(SimulatorConfig(tick=tick))
+    before = sim.time
+    sim.drive()
+    assert sim.config.tick == sim.time - before == wanted

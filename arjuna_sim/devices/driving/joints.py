@@ -12,7 +12,7 @@ from arjuna_core.arrays import Bools, Floats, Ints
 from arjuna_core.errors import ArjunaError, nearest
 from arjuna_sim.devices.driving.trajectory import Trajectory
 from arjuna_sim.devices.driving.wheel_commands import WheelCommands
-from arjuna_sim.model.joints import EFFORT, VELOCITY, ControllerKind, ControllerSettings
+from arjuna_sim.model.joints import VELOCITY, ControllerKind, ControllerSettings
 from arjuna_sim.model.robot import RobotModel
 
 UNLOADED, UNCONFIGURED, INACTIVE, ACTIVE = "", "unconfigured", "inactive", "active"
@@ -56,8 +56,7 @@ class _Running:
         self.stop()
 
     def stop(self) -> None:
-        is_push = self.settings.kind is ControllerKind.FORWARD and self.settings.command == EFFORT
-        self.values = np.full(len(self.joints), 0.0 if is_push else np.nan)
+        self.values = np.full(len(self.joints), 0.0 if self.settings.is_push else np.nan)
         self.path: tuple[Trajectory, float] | None = None
 
 
@@ -115,6 +114,11 @@ class JointControllers:
     def claimed(self) -> set[str]:
         """The claims of active controllers."""
         return {c for settings, state in self.states if state == ACTIVE for c in settings.claims}
+
+    @property
+    def is_pushed(self) -> bool:
+        """True where an active controller hands on efforts."""
+        return any(settings.is_push and state == ACTIVE for settings, state in self.states)
 
     def _find(self, name: str) -> _Running:
         if name not in self._running:
@@ -269,7 +273,7 @@ class JointControllers:
                 own = running.joints >= 0
                 joints = running.joints[own]
                 velocity[joints] = (path.at(now + tick - begin)[own] - self._wanted[joints]) / tick
-            elif command == EFFORT and running.settings.kind is ControllerKind.FORWARD:
+            elif running.settings.is_push:
                 is_effort[joints], effort[joints] = True, values
                 self._wanted[joints] = at[joints]
             elif command == VELOCITY and running.settings.kind is ControllerKind.FORWARD:

@@ -12,7 +12,7 @@ from arjuna_core.geodesy import GRAVITY
 LEAST = 0.5
 """Acceleration that any robot is asked for [m/s^2]."""
 _CARRIED = 0.1  # share of the weight that wheels carry at least that do not hang
-_SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
+SPREAD = 1e-3  # of contacts along the robot, from which they hold it upright [m]
 
 
 @dataclass(frozen=True)
@@ -67,7 +67,7 @@ def steady_acceleration(contacts: GroundContacts, weight: Weight) -> float:
     contacts, loads = _loaded_contacts(contacts, weight)
     if not contacts.drives.any():
         return LEAST
-    if np.ptp(contacts.positions[:, 0]) < _SPREAD:
+    if np.ptp(contacts.positions[:, 0]) < SPREAD:
         return np.inf
     lean = _shares(contacts) @ np.array([0.0, -(weight.mass * weight.middle[2] + weight.spin), 0.0])
     # [m/s^2] A foot that carries next to nothing may leave the ground.

@@ -26,6 +26,7 @@ from arjuna_sim.model.robot import RobotModel
 from arjuna_sim.model.wheels import CASTER_GAP_MAX, center, idle_wheels, radius_of, width_of
 from arjuna_sim.physics.geoms import name_friction
 from arjuna_sim.physics.wheels.traction import (
+    SPREAD,
     GroundContacts,
     Weight,
     carrier,
@@ -59,6 +60,11 @@ class WheelSupport:
     faults: tuple[str, ...]
     tyres: tuple[int, ...]
     contacts: Floats
+
+    @property
+    def balances(self) -> bool:
+        """True where its wheels stand in one line across, which does not hold it upright."""
+        return bool(self.tyres) and bool(np.ptp(self.contacts[:, 0]) < SPREAD)
 
 
 def sag_of(robot: RobotModel, timestep: float) -> float:

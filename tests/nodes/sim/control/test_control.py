@@ -325,7 +325,7 @@ def test_gazebos_trajectories_and_forces_move_joints(bench: RosBench, tmp_path: 
     message = trajectory(((1.0, (0.5, 0.2)),), JOINTS[:2])
     bench.publish(JointTrajectory, "/model/arm/joint_trajectory", message)
     bench.publish(Float64, "/model/arm/joint/wrist/cmd_force", Float64(data=-5.0))
-    run(bench, sim, 70)
+    run(bench, sim, 350)  # of 4 ms: a force is a client's loop
     assert (at(seen)["shoulder"], at(seen)["elbow"]) == pytest.approx((0.5, 0.2), abs=0.01)
     assert at(seen)["wrist"] == pytest.approx(-2.5, abs=0.1)
 
