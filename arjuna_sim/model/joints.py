@@ -93,10 +93,10 @@ class ControllerSettings:
         return self.kind is ControllerKind.FORWARD and self.command == EFFORT
 
     def turns_wheels(self, drive: str, steers: bool) -> bool:
-        """Return whether it turns wheels, or steers them, that a drive turns otherwise.
+        """Return whether it turns wheels, pushes or steers them, that a drive turns otherwise.
 
         Args:
             drive: Name of the plugin that drives them; "" for a drive that was guessed.
         """
-        command = POSITION if steers else VELOCITY
-        return not drive and self.kind is ControllerKind.FORWARD and self.command == command
+        commands = (POSITION,) if steers else (VELOCITY, EFFORT)
+        return not drive and self.kind is ControllerKind.FORWARD and self.command in commands

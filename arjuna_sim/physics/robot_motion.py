@@ -73,6 +73,7 @@ class RobotMotion:
         self._found, self._data = self._stage.scene.robots[self._robot], self._stage.data
         self._qpos, self._qvel = self._data.qpos, self._data.qvel
         self._servos = self._found.servos.at(self._data)
+        self._is_pushed = False
 
     def put(self, pose: Pose3) -> None:
         """Put the robot's root somewhere, with all joints at rest."""
@@ -85,14 +86,18 @@ class RobotMotion:
         self._servos.rest()
         self._stage.settle()
 
-    def turn_wheels(self, speeds: Floats, angles: Floats) -> None:
+    def turn_wheels(self, speeds: Floats, angles: Floats, torques: Floats | None = None) -> None:
         """Set the speeds of the wheels' joints [rad/s] and the angles of the steering [rad].
 
         Args:
             speeds: In the order of `DriveSettings.wheels`, `(W,) float64`.
             angles: In the order of `DriveSettings.steering`, `(S,) float64`.
+            torques: Of wheels that are pushed, whatever their speed; of others no number, `(W,)`.
         """
         self._servos.turn(speeds, angles)
+        if torques is not None or self._is_pushed:
+            self._found.servos.push(self._stage.scene.model, torques)
+        self._is_pushed = torques is not None
 
     def drive_joints(self, commands: JointCommands) -> None:
         """Set what the driven joints do until the next call."""

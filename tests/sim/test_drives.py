@@ -322,6 +322,30 @@ def test_wheels_obey_controllers_of_their_joints(
     assert run(sim, 1.0, Velocity(0.4)).truth.pose.x == pytest.approx(0.4, abs=0.05)
 
 
+def test_wheels_are_pushed_by_torques_and_roll_on_without(tmp_path: Path) -> None:
+    """As in Gazebo, where a plug-in's forces alone turn the wheels: cmd_vel does not."""
+    force = "<joint_name>{}_joint</joint_name><topic>/other</topic>"
+    pushed = (
+        cases.plugin("gz-sim-apply-joint-force-system", force.format(wheel.name))
+        for wheel in cases.four()
+    )
+    sim = simulator(robot=cases.Robot(cases.four(), "".join(pushed)).write(tmp_path))
+    controllers = sim.robot.controllers
+    topics = {settings.topic for settings, _ in controllers.states}
+    assert "/model/made/joint/front_left_wheel_joint/cmd_force" in topics
+    assert run(sim, 0.5, Velocity(0.4)).truth.v == pytest.approx(0.0, abs=0.01)
+    for settings, _ in controllers.states:
+        controllers.command(settings.name, [0.1])
+    radius, mass = 0.06, sim.robot.model.urdf.mass
+    speed = run(sim, 1.0).truth.v
+    assert speed == pytest.approx(4 * 0.1 / radius / mass, rel=0.2)  # the wheels turn, too
+    for settings, _ in controllers.states:
+        controllers.command(settings.name, [0.0])
+    assert run(sim, 0.5).truth.v == pytest.approx(speed, rel=0.05)
+    controllers.switch([], [settings.name for settings, _ in controllers.states], False)
+    assert run(sim, 1.0, Velocity(0.4)).truth.v == pytest.approx(0.4, abs=0.02)
+
+
 def test_limits_of_tracks_and_of_a_tracked_vehicle_hold(tmp_path: Path) -> None:
     """Each part of the velocity has its own; each track has that of its controller."""
     parts = "<{0}_velocity><max_velocity>{1}</max_velocity></{0}_velocity>"

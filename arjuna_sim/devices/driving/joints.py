@@ -291,10 +291,10 @@ class JointControllers:
             is_effort, position, velocity, effort + self._integral(position - at, tick)
         )
 
-    def of_wheels(self, speeds: Floats, angles: Floats) -> tuple[Floats, Floats]:
-        """Return how wheels turn [rad/s] and steer [rad], given what the drive wants of both."""
+    def of_wheels(self, speeds: Floats, angles: Floats) -> tuple[Floats, Floats, Floats | None]:
+        """Return what `WheelCommands.over` does, given the speeds and angles of the drive."""
         if not self._wheels:
-            return speeds, angles
+            return speeds, angles, None
         active = {n: one.values for n, one in self._running.items() if one.state == ACTIVE}
         return self._wheels.over(active, speeds, angles)
 

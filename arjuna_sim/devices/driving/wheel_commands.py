@@ -15,13 +15,13 @@ class _Part(NamedTuple):
     """The part of a controller that commands wheels, or the joints that steer them.
 
     Attributes:
-        steers: Whether it does so of steering.
+        what: What it commands: 0 the wheels' speeds, 1 the angles of steering, 2 their torques.
         joints: Which of all wheels or of all steering joints.
         order: Which of its values are for those.
     """
 
     controller: str
-    steers: bool
+    what: int
     joints: Ints
     order: Ints
 
@@ -38,23 +38,25 @@ class WheelCommands:
 
     def over(
         self, values: Mapping[str, Floats], speeds: Floats, angles: Floats
-    ) -> tuple[Floats, Floats]:
-        """Return how wheels turn [rad/s] and steer [rad].
+    ) -> tuple[Floats, Floats, Floats | None]:
+        """Return how wheels turn [rad/s] and steer [rad], and what pushes them [N m].
+
+        Of the torques those of wheels that are not pushed are no number; None where none is.
 
         Args:
             values: Last commands of the active controllers; no number before the first.
             speeds: Of the wheels, as the drive wants them.
             angles: Of the steering, as the drive wants it.
         """
-        found = [speeds, angles]
+        found = [speeds, angles, np.full(len(speeds), np.nan)]
         for part in self._parts:
             own = values.get(part.controller)
             if own is None or not np.isfinite(own[part.order]).any():
                 continue
             given = np.isfinite(own[part.order])
-            found[part.steers] = found[part.steers].copy()
-            found[part.steers][part.joints[given]] = own[part.order][given]
-        return found[0], found[1]
+            found[part.what] = found[part.what].copy()
+            found[part.what][part.joints[given]] = own[part.order][given]
+        return found[0], found[1], found[2] if np.isfinite(found[2]).any() else None
 
 
 def _parts(robot: RobotModel) -> Iterator[_Part]:
@@ -64,4 +66,4 @@ def _parts(robot: RobotModel) -> Iterator[_Part]:
             pairs = [(names.index(name), i) for i, name in own if name in names]
             if pairs and controller.turns_wheels(robot.drive.plugin, steers):
                 joints, order = np.array(pairs, np.int64).T
-                yield _Part(controller.name, steers, joints, order)
+                yield _Part(controller.name, 2 if controller.is_push else steers, joints, order)

@@ -112,6 +112,9 @@ def _note_joints(
 ) -> None:
     """Note which joints of a controller are none, and which are wheels."""
     label, wheels = f"controller '{controller.name}'", list[str]()
+    does, until = "turns", " from its first command on; until then cmd_vel does"
+    if controller.is_push:
+        does, until = "pushes", ", which cmd_vel does not turn then"
     for name in dict.fromkeys(controller.joints):
         if name not in urdf.joints:
             xml.note(
@@ -125,7 +128,7 @@ def _note_joints(
             xml.note(text, NoteKind.IGNORED)
     if wheels:
         names = ", ".join(wheels)
-        xml.note(f"{label}: turns {names} from its first command on; until then cmd_vel does")
+        xml.note(f"{label}: {does} {names}{until}")
 
 
 def with_mimics(xml: XmlFile, urdf: Urdf) -> Urdf:
@@ -208,11 +211,14 @@ def read_joint_plugin(
     if type_ == "jointposetrajectory":
         default = usual
     below = text_of(plugin, "subtopic")
-    note_unread(xml, plugin, label, _READ)
+    takes_topic = type_ != "applyjointforce"  # its topic is always the usual one
+    note_unread(xml, plugin, label, _READ if takes_topic else _READ - {"topic"})
     return ControllerSettings(
         *(f"{label} of {' '.join(names)}", type_, kind, names, command),
         tuple(f"{name}/{command}" for name in names),
-        topic=topic(plugin, f"{model}/{below}" if below else default, usual, "topic"),
+        topic=topic(
+            plugin, f"{model}/{below}" if below else default, usual, *("topic",) * takes_topic
+        ),
         is_managed=False,
         partial=True,
         goal_tolerance=(),

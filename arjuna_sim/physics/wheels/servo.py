@@ -79,6 +79,8 @@ class Servos:
     Attributes:
         position: Addresses of the wheels in qpos.
         velocity: Addresses of the wheels in qvel.
+        stiffness: Of the wheels' motors, to the wanted angle [N m/rad].
+        damping: Of the wheels' joints by their file, which motors make up for [N m s/rad].
         lead: How far the wanted angle runs ahead of the wheel's, per speed [s].
         response_time: In which wheels follow: by so much they may be late without making up [s].
         reach: How far it may run ahead until the torque is at its limit [rad].
@@ -90,6 +92,8 @@ class Servos:
 
     position: Ints
     velocity: Ints
+    stiffness: Floats
+    damping: Floats
     lead: Floats
     response_time: float
     reach: Floats
@@ -97,6 +101,15 @@ class Servos:
     motors: slice
     steerers: slice
     sums: slice
+
+    def push(self, model: Any, torques: Floats | None) -> None:
+        """Have wheels pushed by torques [N m]; servos turn those for whom there is no number."""
+        given = np.full(len(self.stiffness), np.nan) if torques is None else torques
+        follows = np.isnan(given)
+        model.actuator_gainprm[self.motors, 0] = follows * self.stiffness
+        bias = model.actuator_biasprm[self.motors]
+        bias[:, 0], bias[:, 1] = np.nan_to_num(given), follows * -self.stiffness
+        bias[:, 2] = np.where(follows, -self.stiffness * self.lead, -self.damping)
 
     def at(self, data: Any) -> ServosAt:
         """Return them at a model's data."""
@@ -221,6 +234,8 @@ def tune_servos(model: Any, robot: RobotModel, config: ServoConfig) -> Servos:
     return Servos(
         np.array([joint.qposadr[0] for joint in joints], np.int64),
         velocity,
+        stiffness,
+        np.array([robot.urdf.joints[name].damping for name in names]),
         np.full(len(names), config.integral_time),
         config.response_time,
         robot.drive.torque / stiffness,

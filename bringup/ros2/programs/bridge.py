@@ -27,6 +27,7 @@ _OF_GAZEBO = re.compile(
     r"(/world/[^/]+)?/model/(?P<model>[^/]+)(/link/.+/sensor/(?P<sensor>[^/]+))?/(?P<topic>cmd_vel"
     r"|odometry|tf|joint_state|imu|scan(/points)?|image|camera_info|depth_image|points)"
 )
+_OF_MODEL = re.compile(r"/model/(?P<model>[^/]+)/(?P<topic>.+)")
 _CLOCK = re.compile(r"/world/[^/]+/clock")
 _OWN = {
     "odometry": "odom",
@@ -130,7 +131,7 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
         topic = topic._replace(gz="/clock")
     found = _OF_GAZEBO.fullmatch(topic.gz)
     if found is None:
-        return topic if _is_there(node, topic.gz, topic.direction) else None
+        return topic if _is_there(node, topic.gz, topic.direction) else _by_file(node, topic)
     last = found["topic"]
     own, is_in = _OWN.get(last, last), last == "cmd_vel"
     names = [f"{found['sensor']}/{own.rpartition('/')[2]}"] if found["sensor"] else []
@@ -140,6 +141,22 @@ def simulated(node: Any, topic: Bridged) -> Bridged | None:
     for name in (topic.gz, *ours):
         if count(name):
             return topic._replace(gz=name, direction="ROS_TO_GZ" if is_in else "GZ_TO_ROS")
+    return None
+
+
+def _by_file(node: Any, topic: Bridged) -> Bridged | None:
+    """Return a topic of a model that was spawned by another name than its file's, as here."""
+    named = _OF_MODEL.fullmatch(topic.gz)
+    if named is None:
+        return None
+    rest = re.escape(named["topic"])
+    others = [name for name, _ in node.get_topic_names_and_types() if name != topic.gz]
+    for space in (f"/{named['model']}", ""):
+        for name in others:
+            if re.fullmatch(f"{space}/model/[^/]+/{rest}", name) and _is_there(
+                node, name, topic.direction
+            ):
+                return topic._replace(gz=name)
     return None
 
 

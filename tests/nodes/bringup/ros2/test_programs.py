@@ -219,6 +219,17 @@ def test_a_model_s_own_topics_are_the_robot_s(bench: RosBench) -> None:
     assert simulated(bench.node, other) == ("/model/a_b/joint/c/_0/cmd_pos", *other[1:])
 
 
+def test_a_model_spawned_by_another_name_has_the_topics_of_its_file(bench: RosBench) -> None:
+    force = Bridged("/model/bot/joint/a/cmd_force", "/force", STRING, "ROS_TO_GZ")
+    bench.publish(String, force.gz, String())  # of a node that knows that name
+    bench.collect(String, "/model/made/joint/b/cmd_force")
+    assert simulated(bench.node, force) is None
+    bench.collect(String, "/model/made/joint/a/cmd_force")
+    assert simulated(bench.node, force) == force._replace(gz="/model/made/joint/a/cmd_force")
+    bench.collect(String, "/bot/model/made/joint/a/cmd_force")
+    assert simulated(bench.node, force) == force._replace(gz="/bot/model/made/joint/a/cmd_force")
+
+
 def test_a_bridge_to_no_name_of_ros_is_refused() -> None:
     with pytest.raises(Ros2Error, match="token that starts with a number"):
         list(bridged(["/a/0/b@std_msgs/msg/String[gz.msgs.StringMsg"]))

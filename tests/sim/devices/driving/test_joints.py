@@ -155,11 +155,13 @@ def test_a_switch_is_done_whole_or_not_at_all(arm: JointControllers) -> None:
 def test_wheels_are_a_controllers_from_its_first_command_on() -> None:
     def controller(name: str, joints: tuple[str, ...], steers: bool | None) -> Any:
         turns = lambda plugin, which: plugin == "p" and which is steers  # noqa: E731
-        return SimpleNamespace(name=name, joints=joints, turns_wheels=turns)
+        pushes = name == "push"
+        return SimpleNamespace(name=name, joints=joints, turns_wheels=turns, is_push=pushes)
 
     controllers = [
         controller("right", ("arm", "c", "b"), False),
         controller("bow", ("s", "b"), True),
+        controller("push", ("a", "c"), False),
         controller("none", ("a",), None),
     ]
     drive = SimpleNamespace(wheels=("a", "b", "c"), steering=("r", "s"), plugin="p")
@@ -174,10 +176,13 @@ def test_wheels_are_a_controllers_from_its_first_command_on() -> None:
     assert not commands(controllers[-1])
     over = commands(*controllers).over
     for values in ({}, {"right": np.array([5.0, nan, nan])}):
-        turned, steered = over(values, speeds, angles)
+        turned, steered, pushed = over(values, speeds, angles)
         assert turned is speeds
         assert steered is angles
+        assert pushed is None
     given = {"right": np.array([5.0, 6.0, nan]), "bow": np.array([0.7, 9.0]), "none": speeds}
-    turned, steered = over(given, speeds, angles)
+    turned, steered, pushed = over(given | {"push": np.array([0.4, nan])}, speeds, angles)
+    assert pushed is not None
+    assert np.array_equal(pushed, [0.4, nan, nan], equal_nan=True)
     assert (turned.tolist(), steered.tolist()) == ([1.0, 2.0, 6.0], [0.1, 0.7])
     assert (speeds.tolist(), angles.tolist()) == ([1.0, 2.0, 3.0], [0.1, 0.2])
