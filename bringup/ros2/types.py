@@ -31,7 +31,8 @@ def interface_class(name: str, kind: str | None = None) -> Any:
     parts = name.split("/")
     if len(parts) == 2 and kind is not None:
         parts.insert(1, kind)
-    if len(parts) == 3 and parts[1] in WORDS and kind in (None, parts[1]):
+    is_part = kind == "msg" and "_" in parts[-1]  # an action's feedback, a service's event
+    if len(parts) == 3 and parts[1] in WORDS and (is_part or kind in (None, parts[1])):
         with suppress(LookupError):
             return class_of("/".join(parts))
     if kind is None:

@@ -1,5 +1,6 @@
 """ROS 2's `launch`: descriptions of what to start, and the service that starts it."""
 
+from bringup.ros2.prefix import add_prefix
 from launch import (
     action,
     actions,
@@ -39,6 +40,7 @@ from launch.substitution import (
 )
 from launch.texts import InvalidLaunchFileError
 
+add_prefix()  # the packages that a launch file's own imports look up, whoever runs it
 import_by_file(
     {
         actions: ("DeclareLaunchArgument", "ExecuteLocal", "ExecuteProcess"),

@@ -40,13 +40,17 @@ class Condition:
 
 
 class Action(LaunchDescriptionEntity):
-    """Something to do, unless a condition says otherwise."""
+    """Something to do, unless a condition says otherwise.
+
+    Attributes of actions that begin with `__` have launch's names: tests of launch files read
+    them, as `_Node__parameters`.
+    """
 
     says_when_done = False
     """Whether it emits the event itself that it is done, later."""
 
     def __init__(self, *, condition: Condition | None = None) -> None:
-        self.condition = condition
+        self.condition = self.__condition = condition
 
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Any], dict[str, Any]]:

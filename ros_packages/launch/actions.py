@@ -18,7 +18,12 @@ from launch.launch_context import LaunchContext
 from launch.launch_description_source import LaunchDescriptionSource
 from launch.logging import get_logger
 from launch.missing import PackageMissing, left_out, report, without_missing
-from launch.substitution import SomeSubstitutionsType, perform_substitutions, performed
+from launch.substitution import (
+    SomeSubstitutionsType,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+    performed,
+)
 from launch.texts import InvalidLaunchFileError
 
 _DEEPEST = 30  # files, each included by the one before
@@ -42,7 +47,8 @@ class SetLaunchConfiguration(Action):
         self, name: SomeSubstitutionsType, value: SomeSubstitutionsType, **kwargs: Any
     ) -> None:
         super().__init__(**kwargs)
-        self.name, self.value = name, value
+        self.name = self.__name = normalize_to_list_of_substitutions(name)
+        self.value = self.__value = normalize_to_list_of_substitutions(value)
 
     def _pair(self, context: LaunchContext) -> tuple[str, str]:
         return perform_substitutions(context, self.name), perform_substitutions(context, self.value)
@@ -54,6 +60,12 @@ class SetLaunchConfiguration(Action):
 
 class SetEnvironmentVariable(SetLaunchConfiguration):
     """Sets a variable of the environment."""
+
+    def __init__(
+        self, name: SomeSubstitutionsType, value: SomeSubstitutionsType, **kwargs: Any
+    ) -> None:
+        super().__init__(name, value, **kwargs)
+        self.__name, self.__value = self.name, self.value
 
     def execute(self, context: LaunchContext) -> None:
         name, value = self._pair(context)
@@ -163,22 +175,26 @@ class GroupAction(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self._actions, self._scoped, self._forwarding = list(actions), scoped, forwarding
+        self.__actions, self.__scoped, self._forwarding = list(actions), scoped, forwarding
         self._given = dict(launch_configurations or {})
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:
-        return self._actions
+        return self.__actions
 
-    def execute(self, context: LaunchContext) -> Entities:
+    def get_sub_entities(self) -> Entities:
+        """Return the actions, and what keeps their configurations among them."""
         given: list[Action] = (
             [SetLaunchConfiguration(name, value) for name, value in self._given.items()]
             if self._forwarding
             else [ResetLaunchConfigurations(self._given)]
         )
-        if not self._scoped:
-            return [*given, *self._actions]
+        if not self.__scoped:
+            return [*given, *self.__actions]
         before = [PushLaunchConfigurations(), PushEnvironment()]
-        return [*before, *given, *self._actions, PopEnvironment(), PopLaunchConfigurations()]
+        return [*before, *given, *self.__actions, PopEnvironment(), PopLaunchConfigurations()]
+
+    def execute(self, context: LaunchContext) -> Entities:
+        return self.get_sub_entities()
 
 
 class IncludeLaunchDescription(Action):
@@ -195,8 +211,10 @@ class IncludeLaunchDescription(Action):
         if not isinstance(launch_description_source, LaunchDescriptionSource):
             launch_description_source = LaunchDescriptionSource(location=launch_description_source)
         self.launch_description_source = launch_description_source
+        self.__launch_description_source = launch_description_source
         given: Any = launch_arguments or ()
-        self.launch_arguments = list(given.items() if isinstance(given, Mapping) else given)
+        pairs = given.items() if isinstance(given, Mapping) else given
+        self.launch_arguments = self.__launch_arguments = list(pairs)
 
     def execute(self, context: LaunchContext) -> Entities:
         source = self.launch_description_source
@@ -251,11 +269,11 @@ class OpaqueFunction(Action):
         **rest: Any,
     ) -> None:
         super().__init__(**rest)
-        self._function, self._args, self._kwargs = function, tuple(args or ()), dict(kwargs or {})
+        self.__function, self._args, self._kwargs = function, tuple(args or ()), dict(kwargs or {})
 
     def execute(self, context: LaunchContext) -> Entities:
         return without_missing(
-            context, lambda: entities(self._function(context, *self._args, **self._kwargs))
+            context, lambda: entities(self.__function(context, *self._args, **self._kwargs))
         )
 
 
@@ -291,12 +309,12 @@ class OpaqueCoroutine(OpaqueFunction):
     """A coroutine that runs beside."""
 
     def __init__(self, *, coroutine: Callable[..., Any], **kwargs: Any) -> None:
-        self._ignored = kwargs.pop("ignore_context", False)
+        self._ignored, self._coroutine = kwargs.pop("ignore_context", False), coroutine
         super().__init__(function=coroutine, **kwargs)
 
     def execute(self, context: LaunchContext) -> Entities:
         first = () if self._ignored else (context,)
-        context.start(self._function(*first, *self._args, **self._kwargs))
+        context.start(self._coroutine(*first, *self._args, **self._kwargs))
         return []
 
 
@@ -307,7 +325,7 @@ class LogInfo(Action):
 
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.msg = msg
+        self.msg = self.__msg = normalize_to_list_of_substitutions(msg)
 
     def execute(self, context: LaunchContext) -> None:
         getattr(get_logger("user"), self.level)(perform_substitutions(context, self.msg))
@@ -318,7 +336,7 @@ class RegisterEventHandler(Action):
 
     def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.event_handler = event_handler
+        self.event_handler = self.__event_handler = event_handler
 
     def execute(self, context: LaunchContext) -> None:
         self.event_handler.configurations = dict(context.launch_configurations)
@@ -341,7 +359,7 @@ class EmitEvent(Action):
 
     def __init__(self, *, event: Event, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.event = event
+        self.event = self.__event = event
 
     def execute(self, context: LaunchContext) -> None:
         context.emit_event_sync(self.event)
@@ -376,7 +394,8 @@ class TimerAction(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self.period, self.actions = period, list(actions)
+        self.period = self.__period = period
+        self.actions = self.__actions = list(actions)
         self._canceled = False
 
     def children(self) -> Iterable[LaunchDescriptionEntity]:

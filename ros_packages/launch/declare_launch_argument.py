@@ -33,9 +33,10 @@ class DeclareLaunchArgument(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self.name, self.description = name, description or "no description given"
+        self.name = self.__name = name
+        self.description = self.__description = description or "no description given"
         self.choices = list(choices) if choices is not None else None
-        self.default_value = (
+        self.default_value = self.__default_value = (
             None if default_value is None else normalize_to_list_of_substitutions(default_value)
         )
         texts = all(isinstance(one, TextSubstitution) for one in self.default_value or ())

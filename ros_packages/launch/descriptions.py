@@ -6,7 +6,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from launch.substitution import SomeSubstitutionsType
+from launch.substitution import SomeSubstitutionsType, normalize_to_list_of_substitutions
 
 
 @dataclass(kw_only=True)
@@ -20,3 +20,6 @@ class Executable:
     env: Mapping[Any, SomeSubstitutionsType] | None = None
     additional_env: Mapping[Any, SomeSubstitutionsType] | None = None
     arguments: Iterable[SomeSubstitutionsType] | None = None
+
+    def __post_init__(self) -> None:
+        self.__prefix = normalize_to_list_of_substitutions(self.prefix or ())

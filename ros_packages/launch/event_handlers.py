@@ -11,7 +11,7 @@ from launch.events.process import ProcessExited, ProcessIO, ProcessStarted
 from launch.launch_context import LaunchContext
 
 
-class _OfAction(EventHandler):
+class OnActionEventBase(EventHandler):
     """Handles an event of one action, of those that a function chooses, or of every one."""
 
     event: type[Any]
@@ -31,27 +31,29 @@ class _OfAction(EventHandler):
             valid = f"target_action, {self.reaction}, handle_once"
             raise TypeError(f"{type(self).__name__}: no {', '.join(kwargs)}; valid: {valid}")
         super().__init__(matcher=matches, entities=reaction, handle_once=once)
+        self.__target_action = target_action
+        self.__actions_on_event = [] if callable(reaction) else entities(reaction)
 
 
-class OnProcessStart(_OfAction):
+class OnProcessStart(OnActionEventBase):
     """Does something when a process has started."""
 
     event, reaction = ProcessStarted, "on_start"
 
 
-class OnProcessExit(_OfAction):
+class OnProcessExit(OnActionEventBase):
     """Does something when a process has ended."""
 
     event, reaction = ProcessExited, "on_exit"
 
 
-class OnExecutionComplete(_OfAction):
+class OnExecutionComplete(OnActionEventBase):
     """Does something when an action is done."""
 
     event, reaction = ExecutionComplete, "on_completion"
 
 
-class OnProcessIO(_OfAction):
+class OnProcessIO(OnActionEventBase):
     """Does something when a process writes."""
 
     event, reaction = ProcessIO, ""

@@ -31,6 +31,7 @@ from launch.launch_context import LaunchContext
 from launch.logging import get_logger, write_to_file
 from launch.substitution import (
     SomeSubstitutionsType,
+    Substitution,
     normalize_to_list_of_substitutions,
     perform_substitutions,
     performed,
@@ -49,8 +50,15 @@ _SHOWN = {  # what reaches the screen, by `output`: standard output, standard er
 _END = signal.SIGINT, signal.SIGTERM, signal.SIGKILL
 
 
-class ExecuteProcess(Action):
-    """Runs a process.
+def _as_substitutions(value: float | SomeSubstitutionsType) -> list[Substitution]:
+    """Return a number, or what makes one, as substitutions."""
+    return normalize_to_list_of_substitutions(
+        str(value) if isinstance(value, int | float) else value
+    )
+
+
+class ExecuteLocal(Action):
+    """Runs a process that an `Executable` describes.
 
     Attributes:
         process_details: Its name, command and, once it runs, its `pid`.
@@ -61,12 +69,7 @@ class ExecuteProcess(Action):
     def __init__(
         self,
         *,
-        cmd: Iterable[SomeSubstitutionsType],
-        name: SomeSubstitutionsType | None = None,
-        prefix: SomeSubstitutionsType | None = None,
-        cwd: SomeSubstitutionsType | None = None,
-        env: Mapping[Any, SomeSubstitutionsType] | None = None,
-        additional_env: Mapping[Any, SomeSubstitutionsType] | None = None,
+        process_description: Executable,
         shell: bool = False,
         sigterm_timeout: float | SomeSubstitutionsType = 5.0,
         sigkill_timeout: float | SomeSubstitutionsType = 5.0,
@@ -77,22 +80,33 @@ class ExecuteProcess(Action):
         on_exit: Any = None,
         condition: Any = None,
         cached_output: bool = False,
+        emulate_tty: bool | SomeSubstitutionsType = False,
         **unused: Any,
     ) -> None:
-        known = {"emulate_tty", "log_cmd", "output_format"}
+        known = {"log_cmd", "output_format"}
         if unused.keys() - known:
             raise TypeError(f"{type(self).__name__}: no {', '.join(sorted(unused.keys() - known))}")
         super().__init__(condition=condition)
-        self.cmd = [normalize_to_list_of_substitutions(one) for one in cmd]
-        self._name, self._prefix, self._cwd, self._shell = name, prefix, cwd, shell
-        self._env, self._additional, self._output = env, dict(additional_env or {}), output
-        self._respawn, self._delay, self._retries = respawn, respawn_delay, respawn_max_retries
-        self._cached = cached_output
-        self._on_exit, self._patience = on_exit, (sigterm_timeout, sigkill_timeout)
+        self.__process_description = given = process_description
+        self.cmd = [
+            normalize_to_list_of_substitutions(one)
+            for one in (*given.cmd, *(given.arguments or ()))
+        ]
+        self.__shell, self.__emulate_tty, self._cached = shell, emulate_tty, cached_output
+        is_text = not isinstance(output, Mapping)
+        self.__output = normalize_to_list_of_substitutions(output) if is_text else output
+        self.__respawn, self.__respawn_delay = respawn, respawn_delay
+        self.__respawn_max_retries, self.__on_exit = respawn_max_retries, on_exit
+        self.__sigterm_timeout = _as_substitutions(sigterm_timeout)
+        self.__sigkill_timeout = _as_substitutions(sigkill_timeout)
         self.process_details: dict[str, Any] = {}
         self._written = {1: bytearray(), 2: bytearray()}
         self._process: asyncio.subprocess.Process | None = None
         self._ending, self._over = False, asyncio.Event()
+
+    @property
+    def process_description(self) -> Executable:
+        return self.__process_description
 
     @property
     def name(self) -> str:
@@ -115,30 +129,30 @@ class ExecuteProcess(Action):
         found = [perform_substitutions(context, one) for one in self.cmd]
         known = context.launch_configurations
         chosen = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)
-        prefix = self._prefix or (known.get("launch-prefix", "") if chosen else "")
+        given = self.__process_description.prefix
+        prefix = given or (known.get("launch-prefix", "") if chosen else "")
         return [*shlex.split(perform_substitutions(context, prefix)), *found]
 
     def execute(self, context: LaunchContext) -> Entities | None:
         if context.is_shutdown:
             return None
         words = self.words(context)
-        wanted = perform_substitutions(context, self._name or words[0])
-        env = dict(context.environment)
-        if self._env is not None:
-            env = performed(context, self._env)
-        env |= performed(context, self._additional)
-        cwd = None if self._cwd is None else perform_substitutions(context, self._cwd)
+        given = self.__process_description
+        wanted = perform_substitutions(context, given.name or words[0])
+        env = dict(context.environment) if given.env is None else performed(context, given.env)
+        env |= performed(context, given.additional_env or {})
+        cwd = None if given.cwd is None else perform_substitutions(context, given.cwd)
         name = f"{Path(wanted.split(' ')[0]).name}-{next(_NUMBERS)}"
         self.process_details = {"name": name, "cmd": words, "cwd": cwd, "env": env}
-        respawn = self._respawn
+        respawn = self.__respawn
         if not isinstance(respawn, bool):
             respawn = perform_substitutions(context, respawn).lower() in ("true", "1")
         handlers = [
             self._on(SignalProcess, lambda event, context: self.signal(event.signal)),
             self._on(ShutdownProcess, lambda event, context: self.end(context)),
         ]
-        if self._on_exit is not None:
-            after = OnProcessExit(target_action=self, on_exit=self._on_exit)
+        if self.__on_exit is not None:
+            after = OnProcessExit(target_action=self, on_exit=self.__on_exit)
             after.configurations = dict(context.launch_configurations)
             handlers.append(after)
         for handler in handlers:
@@ -155,7 +169,7 @@ class ExecuteProcess(Action):
         return EventHandler(matcher=matches, entities=do)
 
     def _shown(self, context: LaunchContext) -> tuple[bool, bool]:
-        given = self._output
+        given = self.__output
         if isinstance(given, Mapping):
             pair = (given.get("stdout", given.get("both")), given.get("stderr", given.get("both")))
             return tuple(str(one) in ("screen", "both", "tty") for one in pair)  # type: ignore[return-value]
@@ -193,10 +207,10 @@ class ExecuteProcess(Action):
             self._over.set()  # what it has started has let go of its output too
             self._say_end(process.pid, code)
             context.emit_event_sync(ProcessExited(returncode=code, **details))
-            again = self._retries < 0 or runs <= self._retries
+            again = self.__respawn_max_retries < 0 or runs <= self.__respawn_max_retries
             if not respawn or not again or self._ending or context.is_shutdown:
                 break
-            await asyncio.sleep(self._delay or 0.0)
+            await asyncio.sleep(self.__respawn_delay or 0.0)
             if context.is_shutdown:
                 break
         self.say_done(context)
@@ -205,7 +219,7 @@ class ExecuteProcess(Action):
         from bringup.processes.fork import die_with
 
         details = self.process_details
-        words = ["/bin/sh", "-c", " ".join(details["cmd"])] if self._shell else details["cmd"]
+        words = ["/bin/sh", "-c", " ".join(details["cmd"])] if self.__shell else details["cmd"]
         return await asyncio.create_subprocess_exec(
             *words,
             cwd=details["cwd"],
@@ -265,8 +279,8 @@ class ExecuteProcess(Action):
             return
         self._ending = True
         waits = [
-            float(w) if isinstance(w, int | float) else float(perform_substitutions(context, w))
-            for w in self._patience
+            float(perform_substitutions(context, one))
+            for one in (self.__sigterm_timeout, self.__sigkill_timeout)
         ]
 
         async def ending() -> None:
@@ -283,14 +297,19 @@ class ExecuteProcess(Action):
         context.start(ending())
 
 
-class ExecuteLocal(ExecuteProcess):
-    """Runs a process that an `Executable` describes."""
+class ExecuteProcess(ExecuteLocal):
+    """Runs a process by its command."""
 
-    def __init__(self, *, process_description: Executable, **kwargs: Any) -> None:
-        self.process_description = given = process_description
-        about = ("prefix", "name", "cwd", "env", "additional_env")
-        super().__init__(
-            cmd=[*given.cmd, *(given.arguments or ())],
-            **{name: getattr(given, name) for name in about},
-            **kwargs,
-        )
+    def __init__(
+        self,
+        *,
+        cmd: Iterable[SomeSubstitutionsType],
+        prefix: SomeSubstitutionsType | None = None,
+        name: SomeSubstitutionsType | None = None,
+        cwd: SomeSubstitutionsType | None = None,
+        env: Mapping[Any, SomeSubstitutionsType] | None = None,
+        additional_env: Mapping[Any, SomeSubstitutionsType] | None = None,
+        **kwargs: Any,
+    ) -> None:
+        about = {"name": name, "cwd": cwd, "env": env, "additional_env": additional_env}
+        super().__init__(process_description=Executable(cmd=cmd, prefix=prefix, **about), **kwargs)

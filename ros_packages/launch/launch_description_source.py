@@ -12,7 +12,11 @@ from launch.frontend import of_xml, of_yaml
 from launch.launch_context import LaunchContext
 from launch.launch_description import LaunchDescription
 from launch.missing import without_missing
-from launch.substitution import SomeSubstitutionsType, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launch.texts import InvalidLaunchFileError
 
 _FUNCTION = "generate_launch_description"
@@ -30,16 +34,17 @@ class LaunchDescriptionSource:
         launch_description: LaunchDescription | None = None,
         location: SomeSubstitutionsType = "",
     ) -> None:
-        self._description, self._location = launch_description, location
+        self.__launch_description = launch_description
+        self.__location = normalize_to_list_of_substitutions(location)
         self.location = ""
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
         """Return the description; a file is read once."""
-        self.location = self.location or perform_substitutions(context, self._location)
-        if self._description is None:
+        self.location = self.location or perform_substitutions(context, self.__location)
+        if self.__launch_description is None:
             path = Path(self.location)
-            self._description = without_missing(context, lambda: description_of(path))
-        return self._description
+            self.__launch_description = without_missing(context, lambda: description_of(path))
+        return self.__launch_description
 
 
 def description_of(path: Path) -> LaunchDescription:

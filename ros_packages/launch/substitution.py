@@ -33,7 +33,7 @@ class TextSubstitution(Substitution):
     def __init__(self, *, text: str) -> None:
         if not isinstance(text, str):
             raise TypeError(f"expected a text, got {text!r}")
-        self.text = text
+        self.text = self.__text = text
 
     def perform(self, context: LaunchContext) -> str:
         return self.text

@@ -13,7 +13,12 @@ from typing import Any
 
 from arjuna_core.files.input_file import read_text
 from launch.launch_context import LaunchContext
-from launch.substitution import SomeSubstitutionsType, Substitution, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    Substitution,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launch.substitution import SubstitutionFailure as SubstitutionFailure
 from launch.substitution import TextSubstitution as TextSubstitution
 
@@ -32,7 +37,8 @@ class LaunchConfiguration(Substitution):
     """The value of a configuration."""
 
     def __init__(self, variable_name: SomeSubstitutionsType, *, default: Any = None) -> None:
-        self.variable_name = variable_name
+        name = normalize_to_list_of_substitutions(variable_name)
+        self.variable_name = self.__variable_name = name
         parts: Any = default if isinstance(default, list | tuple) else [default]
         named: list[Any] = [part if isinstance(part, _TEXTS) else str(part) for part in parts]
         self.default = None if default is None else named

@@ -15,13 +15,19 @@ from launch.logging import get_logger
 from launch.substitution import (
     SomeSubstitutionsType,
     SubstitutionFailure,
+    normalize_to_list_of_substitutions,
     perform_substitutions,
 )
 from launch.substitutions import PathJoinSubstitution
 
 from launch_ros.descriptions import ComposableNode
 from launch_ros.lifecycle import LifecycleTransitions
-from launch_ros.parameter_descriptions import ParameterFile, files_of, value_of
+from launch_ros.parameter_descriptions import (
+    ParameterFile,
+    files_of,
+    normalize_parameters,
+    value_of,
+)
 from launch_ros.substitutions import ExecutableInPackage, FindPackageShare
 
 _NAMESPACE, _PARAMETERS, _REMAPS = "ros_namespace", "global_params", "ros_remaps"
@@ -50,10 +56,15 @@ class Node(ExecuteProcess):
             raise TypeError(f"parameters of '{executable}': valid: a list of files and mappings")
         path = executable if package is None else ExecutableInPackage(executable, package)
         super().__init__(cmd=[path], name=exec_name or executable, **kwargs)
-        self.node_package, self.node_executable = package, executable
-        self._node_name, self._namespace = name, namespace
-        self._parameters, self._remappings = list(parameters or ()), list(remappings or ())
-        self._arguments, self._ros_arguments = list(arguments or ()), list(ros_arguments or ())
+        self.node_package = self.__package = package
+        self.node_executable = self.__node_executable = executable
+        self.__node_name, self.__node_namespace = name, namespace
+        self.__parameters = normalize_parameters(parameters or ())
+        self.__remappings = [
+            (normalize_to_list_of_substitutions(a), normalize_to_list_of_substitutions(b))
+            for a, b in remappings or ()
+        ]
+        self.__arguments, self.__ros_arguments = list(arguments or ()), list(ros_arguments or ())
         self.expanded_node_name = ""
 
     @property
@@ -65,25 +76,25 @@ class Node(ExecuteProcess):
         """Return the program, its arguments, and ROS's between `--ros-args` and the end."""
         program = super().words(context)
         outer = context.launch_configurations.get(_NAMESPACE, "")
-        own = _performed(context, self._namespace)
+        own = _performed(context, self.__node_namespace)
         space = own if own.startswith("/") else f"{outer}/{own}".strip("/")
         space = f"/{space.strip('/')}" if space.strip("/") else ""
-        name = _performed(context, self._node_name)
+        name = _performed(context, self.__node_name)
         self.expanded_node_name = f"{space}/{name or '<node_name_unspecified>'}"
         if _LAUNCHED in context.environment:
             program_name = _performed(context, self.node_executable)
             context.environment[_LAUNCHED] += f" {space}/{program_name}"
-        given = [*context.launch_configurations.get(_PARAMETERS, ()), *self._parameters]
+        given = [*context.launch_configurations.get(_PARAMETERS, ()), *self.__parameters]
         node = self.expanded_node_name if name else "/**"
         remaps = [*([("__node", name)] if name else []), *([("__ns", space)] if space else [])]
-        remaps += [*context.launch_configurations.get(_REMAPS, ()), *self._remappings]
-        ros = [perform_substitutions(context, one) for one in self._ros_arguments]
+        remaps += [*context.launch_configurations.get(_REMAPS, ()), *self.__remappings]
+        ros = [perform_substitutions(context, one) for one in self.__ros_arguments]
         for old, new in remaps:
             pair = (perform_substitutions(context, old), perform_substitutions(context, new))
             ros += ["-r", ":=".join(pair)]
         for file in files_of(context, given, node):
             ros += ["--params-file", file]
-        own_words = [perform_substitutions(context, one) for one in self._arguments]
+        own_words = [perform_substitutions(context, one) for one in self.__arguments]
         return [*program, *own_words, *(["--ros-args", *ros] if ros else [])]
 
     def execute(self, context: LaunchContext) -> Entities | None:

@@ -16,7 +16,9 @@ from launch.substitution import (
     SomeSubstitutionsType,
     Substitution,
     SubstitutionFailure,
+    TextSubstitution,
     found_here,
+    normalize_to_list_of_substitutions,
     perform_substitutions,
 )
 from launch.texts import parse_substitution
@@ -58,7 +60,8 @@ class ParameterFile:
         *,
         allow_substs: bool | SomeSubstitutionsType = False,
     ) -> None:
-        self.param_file, self.allow_substs = param_file, allow_substs
+        self.param_file = normalize_to_list_of_substitutions(param_file)
+        self.allow_substs = allow_substs
 
     def evaluate(self, context: LaunchContext) -> Path:
         path = Path(perform_substitutions(context, self.param_file))
@@ -111,18 +114,36 @@ def _uniform(values: list[Any]) -> list[Any]:
     return [float(value) for value in values] if kinds == {int, float} else values
 
 
-def flattened(
-    context: LaunchContext, values: Mapping[Any, Any], prefix: str = ""
-) -> dict[str, Any]:
-    """Return parameters by name, those of sections with dots."""
-    found: dict[str, Any] = {}
+def normalize_parameters(given: Iterable[Any]) -> tuple[Any, ...]:
+    """Return parameters as files and as mappings by names' substitutions, of sections with dots."""
+    return tuple(
+        _flattened(one)
+        if isinstance(one, Mapping)
+        else (one if isinstance(one, Parameter | ParameterFile) else ParameterFile(one))
+        for one in given
+    )
+
+
+def _flattened(
+    values: Mapping[Any, Any], before: tuple[Substitution, ...] = ()
+) -> dict[tuple[Substitution, ...], Any]:
+    found: dict[tuple[Substitution, ...], Any] = {}
     for key, value in values.items():
-        name = prefix + perform_substitutions(context, key)
+        name = (*before, *normalize_to_list_of_substitutions(key))
         if isinstance(value, Mapping):
-            found |= flattened(context, value, f"{name}.")
+            found |= _flattened(value, (*name, TextSubstitution(text=".")))
         else:
-            found[name] = value_of(context, value)
+            found[name] = value
     return found
+
+
+def evaluated(context: LaunchContext, one: Any) -> Path | dict[str, Any]:
+    """Return parameters that were normalized: the path of a file, or values by name."""
+    if isinstance(one, ParameterFile):
+        return one.evaluate(context)
+    given = {one.name: one} if isinstance(one, Parameter) else one
+    names = {perform_substitutions(context, name): value for name, value in given.items()}
+    return {name: value_of(context, value) for name, value in names.items()}
 
 
 def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[str]:
@@ -134,21 +155,15 @@ def files_of(context: LaunchContext, given: Iterable[Any], node: str) -> list[st
         SubstitutionFailure: One is of a package that is not there.
     """
     found: list[str] = []
-    for one in given:
-        if isinstance(one, Parameter):
-            values = {perform_substitutions(context, one.name): one.evaluate(context)}
-        elif isinstance(one, Mapping):
-            values = flattened(context, one)
+    for one in normalize_parameters(given):
+        values = evaluated(context, one)
+        if isinstance(values, dict):
+            text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
+            found.append(str(context.new_file(text)))
+        elif values.is_file():
+            found.append(str(values))
+        elif left_out(values):
+            raise SubstitutionFailure(f"there is no parameter file {values}")
         else:
-            file = one if isinstance(one, ParameterFile) else ParameterFile(one)
-            path = file.evaluate(context)
-            if path.is_file():
-                found.append(str(path))
-            elif left_out(path):
-                raise SubstitutionFailure(f"there is no parameter file {path}")
-            else:
-                get_logger("launch_ros").warning(f"Parameter file path is not a file: {path}")
-            continue
-        text = yaml.safe_dump({node: {"ros__parameters": values}}, sort_keys=False)
-        found.append(str(context.new_file(text)))
+            get_logger("launch_ros").warning(f"Parameter file path is not a file: {values}")
     return found

@@ -5,7 +5,7 @@ from __future__ import annotations
 from launch.by_file import import_as
 
 from bringup.ros2.verbs.launch import prepare
-from launch_testing import actions, asserts, markers, records, tools, util
+from launch_testing import actions, asserts, event_handlers, markers, records, tools, util
 from launch_testing.markers import parametrize, post_shutdown_test
 from launch_testing.records import (
     ActiveIoHandler,

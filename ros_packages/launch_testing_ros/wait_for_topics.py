@@ -9,11 +9,11 @@ from typing import Any
 
 import rclpy
 from rclpy.context import Context
-from rclpy.executors import SingleThreadedExecutor
 from rclpy.qos import QoSProfile, qos_profile_system_default
 
+from launch_testing_ros.message_pump import MessagePump
+
 MessagePattern = Callable[[Any], bool]
-_LOOK = 0.1  # [s] from one look whether to stop to the next
 
 
 class WaitForTopics:
@@ -39,7 +39,7 @@ class WaitForTopics:
         self._topics = [(one[0], one[1], one[2] if len(one) > 2 else None) for one in topic_tuples]
         self._timeout, self._trigger = timeout, trigger
         self._arguments = tuple(callback_arguments)
-        self._changed, self._stopped = threading.Condition(), False
+        self._changed = threading.Condition()
         self._received: dict[str, deque[Any]] = {
             topic: deque(maxlen=messages_received_buffer_length) for topic, _, _ in self._topics
         }
@@ -52,8 +52,8 @@ class WaitForTopics:
         )
         for topic, kind, chosen in self._topics:
             self._node.create_subscription(kind, topic, self._taker(topic, chosen), qos_profile)
-        self._thread = threading.Thread(target=self._spin, daemon=True)
-        self._thread.start()
+        self._pump = MessagePump(self._node, self._context)
+        self._pump.start()
 
     def _taker(self, topic: str, chosen: MessagePattern | None) -> Callable[[Any], None]:
         def take(message: Any) -> None:
@@ -63,13 +63,6 @@ class WaitForTopics:
                     self._changed.notify_all()
 
         return take
-
-    def _spin(self) -> None:
-        executor = SingleThreadedExecutor(context=self._context)
-        executor.add_node(self._node)
-        while not self._stopped and self._context.ok():
-            executor.spin_once(timeout_sec=_LOOK)
-        executor.remove_node(self._node)
 
     def wait(self, *args: Any, **kwargs: Any) -> bool:
         """Return whether a message has come on each topic in time."""
@@ -94,8 +87,7 @@ class WaitForTopics:
             return list(self._received[topic_name])
 
     def shutdown(self) -> None:
-        self._stopped = True
-        self._thread.join()
+        self._pump.stop()
         self._node.destroy_node()
         if self._context.ok():
             rclpy.shutdown(context=self._context)

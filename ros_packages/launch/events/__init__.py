@@ -15,7 +15,8 @@ class Shutdown(Event):
     name = "launch.events.Shutdown"
 
     def __init__(self, *, reason: str = "reason not given", due_to_sigint: bool = False) -> None:
-        self.reason, self.due_to_sigint = reason, due_to_sigint
+        self.reason = self.__reason = reason
+        self.due_to_sigint = due_to_sigint
 
 
 class ExecutionComplete(Event):

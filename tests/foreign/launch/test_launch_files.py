@@ -15,7 +15,7 @@ import pytest
 import yaml
 from launch import LaunchContext
 from launch.events.process import ProcessExited, ProcessStarted
-from launch.execute_process import ExecuteProcess
+from launch.execute_process import ExecuteLocal
 from launch_ros import lifecycle
 
 from bringup.cli import parse
@@ -104,7 +104,7 @@ def started(
         context.emit_event_sync(ProcessStarted(**details))
         context.emit_event_sync(ProcessExited(returncode=0, **details))
 
-    monkeypatch.setattr(ExecuteProcess, "execute", record)
+    monkeypatch.setattr(ExecuteLocal, "execute", record)
 
     def run(name: str, *words: str) -> Launched:
         recorded.clear()

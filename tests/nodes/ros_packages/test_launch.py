@@ -57,6 +57,7 @@ from launch.texts import InvalidLaunchFileError
 from launch_ros import lifecycle
 from launch_ros.actions import LifecycleTransition, Node
 from launch_ros.parameter_descriptions import ParameterValue, value_of
+from launch_ros.utilities import evaluate_parameters
 from nav2_common.launch import RewrittenYaml
 
 _FOREVER = ["sleep", "60"]
@@ -297,11 +298,11 @@ def test_files_of_xml_and_yaml_keep_and_drop_settings(
 @pytest.mark.parametrize(
     ("name", "text", "values"),
     [
-        ("a.xml", "<param name='p' value='1; 2' value-sep='; '/>", "[1, 2]"),
-        ("a.xml", "<param name='p' value=\"'1','b'\" value-sep=','/>", "['1', 'b']"),
-        ("a.xml", "<param name='p' value='[$(var a), 2]'/>", "[1, 2]"),
-        ("a.yaml", "{name: p, value: [1, 2.5]}", "[1.0, 2.5]"),
-        ("a.yaml", "{name: p, value: ['1', b]}", "['1', 'b']"),
+        ("a.xml", "<param name='p' value='1; 2' value-sep='; '/>", "(1, 2)"),
+        ("a.xml", "<param name='p' value=\"'1','b'\" value-sep=','/>", "('1', 'b')"),
+        ("a.xml", "<param name='p' value='[$(var a), 2]'/>", "(1, 2)"),
+        ("a.yaml", "{name: p, value: [1, 2.5]}", "(1.0, 2.5)"),
+        ("a.yaml", "{name: p, value: ['1', b]}", "('1', 'b')"),
     ],
 )
 def test_parameters_of_xml_and_yaml_may_be_lists(
@@ -313,8 +314,8 @@ def test_parameters_of_xml_and_yaml_may_be_lists(
     document = f"launch: [{{node: {{pkg: p, exec: e, param: [{text}]}}}}]"
     (tmp_path / name).write_text(element if name == "a.xml" else document)
     node: Any = description_of(tmp_path / name).entities[0]
-    (given,) = node._parameters
-    assert repr(value_of(context, given["p"])) == values
+    (given,) = evaluate_parameters(context, node._Node__parameters)
+    assert repr(given["p"]) == values
 
 
 def test_a_node_starts_without_a_parameter_file_that_is_not_there(

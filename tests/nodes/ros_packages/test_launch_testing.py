@@ -5,14 +5,17 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+import threading
 from contextlib import closing
 from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import rclpy
 from launch_testing.tools import basic_output_filter, expect_output, output
 from launch_testing.tools.text import normalize_lineseps
-from launch_testing_ros import DataRepublisher
+from launch_testing_ros import DataRepublisher, MessagePump
+from rclpy.context import Context
 from std_msgs.msg import String
 
 from arjuna_core.files.shipped import shipped_file
@@ -38,7 +41,9 @@ def generate_test_description(word):
     say = f"import sys, time; print('out {word}'); print('err {word}', file=sys.stderr)"
     speaker = python(say + "; time.sleep(0.3); print('done'); time.sleep(60)", name="speaker")
     short = ExecuteProcess(cmd=["true"], name="short")
-    later = TimerAction(period=0.1, actions=[READY()])
+    ready = launch_testing.event_handlers.StdoutReadyListener(
+        target_action=speaker, ready_txt="out", actions=[READY()])
+    later = launch.actions.RegisterEventHandler(ready)
     return launch.LaunchDescription([speaker, short, later]), {"speaker": speaker, "short": short}
 
 class TestBeside(unittest.TestCase):
@@ -271,6 +276,19 @@ def test_tools_have_the_modules_of_the_original(tmp_path: Path) -> None:
         output.expected_output_from_file(str(tmp_path / "nothing"))
     drop = basic_output_filter(filtered_prefixes=output.get_default_filtered_prefixes())
     assert drop("pid 1\nkept\n") == "kept\n"
+
+
+def test_a_node_is_pumped_beside_a_test() -> None:
+    context = Context()
+    rclpy.init(context=context)
+    node = rclpy.create_node("pumped", context=context)
+    done = threading.Event()
+    node.create_timer(0.01, done.set)
+    pump = MessagePump(node, context=context)
+    pump.start()
+    assert done.wait(10.0)
+    pump.stop()
+    rclpy.shutdown(context=context)
 
 
 def test_messages_are_changed_or_dropped_between_two_topics() -> None:

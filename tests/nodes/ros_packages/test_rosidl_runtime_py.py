@@ -28,6 +28,7 @@ from rosidl_runtime_py.utilities import (
 def test_interfaces_are_found_by_their_types_names() -> None:
     assert get_message("geometry_msgs/msg/Twist") is Twist
     assert is_message(get_interface("nav_msgs/msg/Odometry"))
+    assert is_message(get_message("nav2_msgs/action/Wait_FeedbackMessage"))
     assert is_service(get_service("std_srvs/srv/SetBool"))
     assert is_action(get_action("nav2_msgs/action/NavigateToPose"))
     assert "msg/Twist" in get_message_interfaces(["geometry_msgs"])["geometry_msgs"]
