@@ -79,7 +79,9 @@ def time_to_settle(node: Any, graph: Graph) -> float:
     if min(len(participants), len(graph.nodes)) < expected:
         return SILENT
     named = _participants(node, "rt/rosout")
-    named_all = set(participants) <= set(named) and _UNNAMED not in named.values()
+    if _UNNAMED in named.values():  # its topics were told, and its nodes will be
+        return SILENT
+    named_all = set(participants) <= set(named)
     return WHOLE if named_all and not _halves(graph) else STABLE
 
 

@@ -63,7 +63,7 @@ NAMED = {ME: "me", OTHER: "one", THIRD: "two"}
         (Seen(ALL[:2], NAMED), NODES, SERVICE, SILENT),  # a port that nobody answers for
         (Seen(ALL, NAMED), NODES[:2], SERVICE, SILENT),
         (Seen(ALL, {ME: "me", OTHER: "one"}), NODES, SERVICE, STABLE),  # no end of the third's
-        (Seen(ALL, {**NAMED, THIRD: "_NODE_NAME_UNKNOWN_"}), NODES, SERVICE, STABLE),
+        (Seen(ALL, {**NAMED, THIRD: "_NODE_NAME_UNKNOWN_"}), NODES, SERVICE, SILENT),
         (Seen(ALL, NAMED), NODES, SERVICE[:1], STABLE),
         (Seen(ALL, NAMED), NODES, SERVICE[1:], STABLE),
     ],
