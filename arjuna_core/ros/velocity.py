@@ -88,7 +88,7 @@ class VelocityInput:
         self._take, self._profile = take, profile
         self._warned = False
         self._subscription: Any = self._listen()
-        node.every(2.0, self._check_type)  # [s] between two looks at who publishes
+        node.every(0.25, self._check_type)  # [s] between two looks at who publishes
 
     def rename(self, topic: str) -> None:
         """Listen to another topic."""

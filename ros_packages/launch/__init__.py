@@ -16,6 +16,7 @@ from launch import (
     substitution,
     substitutions,
     tags,
+    utilities,
 )
 from launch.action import (
     Action,
@@ -63,5 +64,6 @@ import_as(
         "some_actions_type": action,
         "some_entities_type": action,
         "some_substitutions_type": substitution,
+        "utilities.type_utils": utilities,
     },
 )

@@ -311,5 +311,10 @@ class ExecuteProcess(ExecuteLocal):
         additional_env: Mapping[Any, SomeSubstitutionsType] | None = None,
         **kwargs: Any,
     ) -> None:
-        about = {"name": name, "cwd": cwd, "env": env, "additional_env": additional_env}
+        about: dict[str, Any] = {
+            "name": name,
+            "cwd": cwd,
+            "env": env,
+            "additional_env": additional_env,
+        }
         super().__init__(process_description=Executable(cmd=cmd, prefix=prefix, **about), **kwargs)

@@ -86,7 +86,10 @@ class Node(ExecuteProcess):
             context.environment[_LAUNCHED] += f" {space}/{program_name}"
         given = [*context.launch_configurations.get(_PARAMETERS, ()), *self.__parameters]
         node = self.expanded_node_name if name else "/**"
-        remaps = [*([("__node", name)] if name else []), *([("__ns", space)] if space else [])]
+        remaps: list[Any] = [
+            *([("__node", name)] if name else []),
+            *([("__ns", space)] if space else []),
+        ]
         remaps += [*context.launch_configurations.get(_REMAPS, ()), *self.__remappings]
         ros = [perform_substitutions(context, one) for one in self.__ros_arguments]
         for old, new in remaps:

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import importlib
 import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
-from launch import LaunchContext
+import pytest
+from launch import LaunchContext, utilities
 from launch.actions import (
     DeclareLaunchArgument,
     EmitEvent,
@@ -72,13 +74,12 @@ def test_parameters_of_a_node_are_evaluated_without_starting_it() -> None:
         {"use_sim_time": True, "a.b": (1.0, 2.5), "c": 3.0},
     )
     assert [str(part) for part in file.param_file[0].substitutions[1:]] == ["config", "a.yaml"]
-    (path,) = evaluate_parameters(
-        context, Node(executable="e", parameters=["/p.yaml"])._Node__parameters
-    )  # type: ignore[attr-defined]
-    assert path == Path("/p.yaml")
+    other: Any = Node(executable="e", parameters=["/p.yaml"])
+    assert evaluate_parameters(context, other._Node__parameters) == (Path("/p.yaml"),)
 
 
 def test_what_a_node_was_given_has_the_originals_names() -> None:
+    assert isinstance(_node(), ExecuteLocal)
     node, context = _node(), _context(scan_topic="/s", wanted="false")
     assert (node._Node__package, node._Node__node_executable) == ("a_package", "a_node")
     assert (vars(node)["_Node__node_name"], node._Node__arguments) == ("one", ["--fast"])
@@ -86,7 +87,6 @@ def test_what_a_node_was_given_has_the_originals_names() -> None:
         tuple(perform_substitutions(context, one) for one in p) for p in node._Node__remappings
     ]
     assert pairs == [("scan", "/s")]
-    assert isinstance(node, ExecuteLocal)
     assert (node._ExecuteLocal__respawn, node._ExecuteLocal__respawn_delay) == (True, 1.5)
     assert node._ExecuteLocal__sigterm_timeout[0].text == "10"
     assert node._ExecuteLocal__emulate_tty
@@ -136,3 +136,27 @@ def test_a_launch_file_that_is_imported_finds_packages_in_any_program() -> None:
         [sys.executable, "-c", code], capture_output=True, text=True, timeout=60.0
     )
     assert found.stdout.strip().endswith("share/nav2_bringup"), found.stderr
+
+
+@pytest.mark.parametrize(
+    ("text", "kind", "value"),
+    [
+        ("true", bool, True),
+        ("3", float, 3.0),
+        ("3", str, "3"),
+        ("[1, 2.5]", list[float], [1.0, 2.5]),
+        ("['a']", None, ["a"]),
+    ],
+)
+def test_substitutions_become_values_of_a_type(text: str, kind: Any, value: Any) -> None:
+    assert importlib.import_module("launch.utilities.type_utils") is utilities
+    given = utilities.normalize_typed_substitution(LaunchConfiguration("a"), kind)
+    found = utilities.perform_typed_substitution(_context(a=text), given, kind)
+    assert (type(found), found) == (type(value), value)
+    assert utilities.perform_typed_substitution(_context(), value, kind) == value
+
+
+@pytest.mark.parametrize(("text", "kind"), [("x", bool), ("1.5", int), ("3", list[int])])
+def test_what_is_of_another_type_is_refused(text: str, kind: Any) -> None:
+    with pytest.raises(ValueError, match=f"'{text}' is no {kind.__name__}"):
+        utilities.coerce_to_type(text, kind)
