@@ -128,7 +128,7 @@ def test_the_published_type_is_taken(bench: RosBench, monkeypatch: pytest.Monkey
     sim = start_sim(bench)
     stamped = SimpleNamespace(node_name="nav", topic_type="geometry_msgs/msg/TwistStamped")
     monkeypatch.setattr(sim, "get_publishers_info_by_topic", lambda topic: [stamped])
-    run(bench, sim, 250)  # the old subscription ends a look before the new begins
+    run(bench, sim, 40)  # the old subscription ends a look before the new begins
     stamped_commands_drive(bench, sim)
 
 
