@@ -87,7 +87,7 @@ class ExecuteLocal(Action):
         if unused.keys() - known:
             raise TypeError(f"{type(self).__name__}: no {', '.join(sorted(unused.keys() - known))}")
         super().__init__(condition=condition)
-        self.__process_description = given = process_description
+        self.process_description = self.__process_description = given = process_description
         self.cmd = [
             normalize_to_list_of_substitutions(one)
             for one in (*given.cmd, *(given.arguments or ()))
@@ -103,10 +103,6 @@ class ExecuteLocal(Action):
         self._written = {1: bytearray(), 2: bytearray()}
         self._process: asyncio.subprocess.Process | None = None
         self._ending, self._over = False, asyncio.Event()
-
-    @property
-    def process_description(self) -> Executable:
-        return self.__process_description
 
     @property
     def name(self) -> str:
@@ -129,15 +125,16 @@ class ExecuteLocal(Action):
         found = [perform_substitutions(context, one) for one in self.cmd]
         known = context.launch_configurations
         chosen = re.match(known.get("launch-prefix-filter", ""), Path(found[0]).name)
-        given = self.__process_description.prefix
-        prefix = given or (known.get("launch-prefix", "") if chosen else "")
+        prefix = self.process_description.prefix or (
+            known.get("launch-prefix", "") if chosen else ""
+        )
         return [*shlex.split(perform_substitutions(context, prefix)), *found]
 
     def execute(self, context: LaunchContext) -> Entities | None:
         if context.is_shutdown:
             return None
         words = self.words(context)
-        given = self.__process_description
+        given = self.process_description
         wanted = perform_substitutions(context, given.name or words[0])
         env = dict(context.environment) if given.env is None else performed(context, given.env)
         env |= performed(context, given.additional_env or {})
@@ -300,21 +297,7 @@ class ExecuteLocal(Action):
 class ExecuteProcess(ExecuteLocal):
     """Runs a process by its command."""
 
-    def __init__(
-        self,
-        *,
-        cmd: Iterable[SomeSubstitutionsType],
-        prefix: SomeSubstitutionsType | None = None,
-        name: SomeSubstitutionsType | None = None,
-        cwd: SomeSubstitutionsType | None = None,
-        env: Mapping[Any, SomeSubstitutionsType] | None = None,
-        additional_env: Mapping[Any, SomeSubstitutionsType] | None = None,
-        **kwargs: Any,
-    ) -> None:
-        about: dict[str, Any] = {
-            "name": name,
-            "cwd": cwd,
-            "env": env,
-            "additional_env": additional_env,
-        }
-        super().__init__(process_description=Executable(cmd=cmd, prefix=prefix, **about), **kwargs)
+    def __init__(self, *, cmd: Iterable[SomeSubstitutionsType], **kwargs: Any) -> None:
+        names = ("prefix", "name", "cwd", "env", "additional_env")
+        about = {name: kwargs.pop(name, None) for name in names}
+        super().__init__(process_description=Executable(cmd=cmd, **about), **kwargs)

@@ -45,7 +45,7 @@ def ensure_argument_type(
         raise TypeError(f"'{argument_name}'{of} is {argument!r}; valid: {names}")
 
 
-def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) -> Any:
+def coerce_to_type(value: str, data_type: Any = None) -> Any:
     """Return what a text says in YAML, of a type where one is given: `bool`, `List[int]`, ...
 
     Raises:
@@ -59,9 +59,9 @@ def coerce_to_type(value: str, data_type: Any = None, can_be_str: bool = False) 
     if float in (kind, one):
         parts = [float(part) if type(part) is int else part for part in parts]
     fits = parts and all(type(part) is (one or kind or type(part)) for part in parts)
-    if not fits and not can_be_str:
+    if not fits:
         raise ValueError(f"'{value}' is no {getattr(data_type, '__name__', data_type)}")
-    return value if not fits else parts[0] if one is None else parts
+    return parts[0] if one is None else parts
 
 
 def normalize_typed_substitution(value: Any, data_type: Any = None) -> Any:

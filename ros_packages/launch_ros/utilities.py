@@ -9,7 +9,7 @@ from launch.launch_context import LaunchContext
 
 from launch_ros.parameter_descriptions import evaluated, normalize_parameters
 
-__all__ = ["evaluate_parameters", "make_namespace_absolute", "normalize_parameters"]
+__all__ = ["evaluate_parameters", "normalize_parameters"]
 
 
 def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tuple[Any, ...]:
@@ -21,8 +21,3 @@ def evaluate_parameters(context: LaunchContext, parameters: Iterable[Any]) -> tu
         else one
         for one in found
     )
-
-
-def make_namespace_absolute(ns: str) -> str:
-    """Return a namespace with its leading slash."""
-    return ns if ns.startswith("/") else f"/{ns}"
