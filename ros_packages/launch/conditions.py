@@ -4,7 +4,11 @@ from __future__ import annotations
 
 from launch.action import Condition
 from launch.launch_context import LaunchContext
-from launch.substitution import SomeSubstitutionsType, perform_substitutions
+from launch.substitution import (
+    SomeSubstitutionsType,
+    normalize_to_list_of_substitutions,
+    perform_substitutions,
+)
 from launch.substitutions import is_true
 
 
@@ -27,9 +31,9 @@ class IfCondition(Condition):
     """Holds where an expression is true."""
 
     def __init__(self, predicate_expression: SomeSubstitutionsType) -> None:
-        super().__init__(
-            predicate=lambda context: evaluate_condition_expression(context, predicate_expression)
-        )
+        expression = normalize_to_list_of_substitutions(predicate_expression)
+        super().__init__(predicate=lambda c: evaluate_condition_expression(c, expression))
+        self.__predicate_expression = expression
 
 
 class UnlessCondition(IfCondition):

@@ -20,7 +20,8 @@ class Substitution:
 
     def describe(self) -> str:
         """Return it as text for people."""
-        return f"{type(self).__name__}({', '.join(map(str, vars(self).values()))})"
+        values = (str(value) for name, value in vars(self).items() if name[0] != "_")
+        return f"{type(self).__name__}({', '.join(values)})"
 
     def __repr__(self) -> str:
         return self.describe()

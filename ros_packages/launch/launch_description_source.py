@@ -38,6 +38,10 @@ class LaunchDescriptionSource:
         self.__location = normalize_to_list_of_substitutions(location)
         self.location = ""
 
+    def try_get_launch_description_without_context(self) -> LaunchDescription:
+        """Return the description, of a file whose path says no more than a new context knows."""
+        return self.get_launch_description(LaunchContext())
+
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
         """Return the description; a file is read once."""
         self.location = self.location or perform_substitutions(context, self.__location)

@@ -84,7 +84,7 @@ class PathJoinSubstitution(Substitution):
     """The parts of a path joined; `/` appends one."""
 
     def __init__(self, substitutions: Iterable[SomeSubstitutionsType]) -> None:
-        self.substitutions = list(substitutions)
+        self.substitutions = self.__substitutions = list(substitutions)
 
     def perform(self, context: LaunchContext) -> str:
         parts = [perform_substitutions(context, one) for one in self.substitutions]

@@ -231,12 +231,12 @@ class SetRemap(_Pushing):
         return tuple(perform_substitutions(context, one) for one in self._value)
 
 
-class PushRosNamespace(Action):
+class PushROSNamespace(Action):
     """Puts all nodes that follow in the scope below a namespace."""
 
     def __init__(self, namespace: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
-        self.namespace = namespace
+        self.namespace = self.__namespace = normalize_to_list_of_substitutions(namespace)
 
     def execute(self, context: LaunchContext) -> None:
         own = perform_substitutions(context, self.namespace)
@@ -244,7 +244,7 @@ class PushRosNamespace(Action):
         context.launch_configurations[_NAMESPACE] = f"{outer}/{own}".replace("//", "/").rstrip("/")
 
 
-PushROSNamespace = PushRosNamespace
+PushRosNamespace = PushROSNamespace
 
 
 class SetROSLogDir(Action):
@@ -272,12 +272,13 @@ class LoadComposableNodes(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        self._descriptions = list(composable_node_descriptions)
+        self.__composable_node_descriptions = list(composable_node_descriptions)
+        self.__target_container = target_container
 
     def execute(self, context: LaunchContext) -> Entities:
         chosen = (
             one
-            for one in self._descriptions
+            for one in self.__composable_node_descriptions
             if one.condition is None or one.condition.evaluate(context)
         )
         return [self._node(context, one) for one in chosen]
@@ -338,6 +339,7 @@ class ComposableNodeContainer(LoadComposableNodes):
             composable_node_descriptions=composable_node_descriptions or (), condition=condition
         )
         self._name = name
+        self.__composable_node_descriptions = list(composable_node_descriptions or ())
 
     def execute(self, context: LaunchContext) -> Entities:
         name = perform_substitutions(context, self._name)

@@ -22,3 +22,10 @@ class ComposableNode:
     remappings: Any = None
     extra_arguments: Any = None
     condition: Any = field(default=None)
+
+    def __post_init__(self) -> None:
+        self.__package, self.__parameters = self.package, self.parameters
+        self.node_plugin = self.__node_plugin = self.plugin
+        self.node_name = self.__node_name = self.name
+        self.node_namespace = self.__node_namespace = self.namespace
+        self.__remappings = self.remappings

@@ -26,12 +26,21 @@ from launch.actions import (
 from launch.conditions import IfCondition
 from launch.event_handlers import OnProcessExit
 from launch.events.process import ProcessExited
+from launch.launch_description_sources import AnyLaunchDescriptionSource
 from launch.substitutions import LaunchConfiguration, PathJoinSubstitution
 from launch.utilities import perform_substitutions
-from launch_ros.actions import Node, PushRosNamespace
+from launch_ros.actions import (
+    ComposableNodeContainer,
+    LoadComposableNodes,
+    Node,
+    PushRosNamespace,
+)
+from launch_ros.descriptions import ComposableNode
 from launch_ros.parameter_descriptions import ParameterFile, ParameterValue
 from launch_ros.substitutions import FindPackageShare
 from launch_ros.utilities import evaluate_parameters
+
+from arjuna_core.files.shipped import shipped_file
 
 
 def _node() -> Any:
@@ -117,6 +126,28 @@ def test_what_other_actions_were_given_has_the_originals_names() -> None:
     assert default._LaunchConfiguration__variable_name[0].text == "b"
     called: Any = OpaqueFunction(function=_context)
     assert called._OpaqueFunction__function is _context
+
+
+def test_containers_say_their_nodes() -> None:
+    given = ComposableNode(package="p", plugin="p::N", name="one", remappings=[("a", "b")])
+    load: Any = LoadComposableNodes(composable_node_descriptions=[given], target_container="c")
+    container: Any = ComposableNodeContainer(composable_node_descriptions=[given])
+    (one,) = load._LoadComposableNodes__composable_node_descriptions
+    assert container._ComposableNodeContainer__composable_node_descriptions == [one]
+    assert load._LoadComposableNodes__target_container == "c"
+    assert (one.node_plugin, one.node_name) == ("p::N", "one")
+    assert (one._ComposableNode__package, one._ComposableNode__node_plugin) == ("p", "p::N")
+
+
+def test_conditions_and_sources_say_what_they_were_given() -> None:
+    condition: Any = IfCondition(LaunchConfiguration("a"))
+    (expression,) = condition._IfCondition__predicate_expression
+    assert str(expression) == "LaunchConfiguration([TextSubstitution(a)], None)"
+    pushed: Any = PushRosNamespace("robot")
+    assert pushed._PushROSNamespace__namespace[0].text == "robot"
+    file = shipped_file("tests/foreign/launch/files/opaque.launch.py")
+    source = AnyLaunchDescriptionSource(str(file))
+    assert source.try_get_launch_description_without_context().entities
 
 
 def test_handlers_are_asked_for_what_they_do() -> None:
