@@ -215,9 +215,8 @@ class LayeredCostmap:
         reach = self.group.reach
         window = grown(changed, reach, shape)
         source = grown(window, reach, shape)
-        self._costmap.data[window] = self._composed(source, self.group.in_use)[
-            seen_in(window, source)
-        ]
+        costs = self._composed(source, self.group.in_use)
+        self._costmap.data[window] = costs[seen_in(window, source)]
         self._changed = joined(self._changed, window)
 
     def _composed(self, window: Window, layers: Sequence[Layer]) -> Bytes:
