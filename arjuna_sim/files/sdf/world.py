@@ -378,7 +378,7 @@ class _Reader:
 
     def _by_plugins(self, model: Element, name: str, read: Any, parts: Sequence[Any]) -> Any:
         """Return by name all that `read` finds in plugins of a model about links or joints."""
-        found = {}
+        found: dict[str, Any] = {}
         for plugin in model.iter("plugin"):
             with leaving_out(self._xml, f"plugin of model '{name}'"):
                 if mine := read(self._xml, plugin, name, parts):
