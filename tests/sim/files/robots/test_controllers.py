@@ -85,6 +85,11 @@ def test_wheels_that_are_driven_through_a_pid_controller_are_the_drives(tmp_path
     assert len([text for text in notes if "PidController is not simulated; wheels" in text]) == 2
 
 
+def test_the_separation_of_wheels_that_roll_along_contradicts_nothing(tmp_path: Path) -> None:
+    robot = load_robot(tricycle(classic=True).write(tmp_path, "t.urdf"), SearchPath())
+    assert not [text for text in texts(robot.notes) if "wheel_separation" in text]
+
+
 @pytest.mark.parametrize(
     ("node", "tags", "topic"),
     [
