@@ -217,7 +217,7 @@ def test_a_motor_is_as_strong_as_its_joint_says(tmp_path: Path) -> None:
         ("joint-position-controller", "", "/model/door/joint/j/_0/cmd_pos"),
         ("joint-position-controller", "<sub_topic>go</sub_topic>", "/model/door/go"),
         ("joint-controller", "", "/model/door/joint/j/cmd_vel"),
-        ("apply-joint-force", "<topic>/push</topic>", "/push"),
+        ("apply-joint-force", "<topic>/push</topic>", "/model/door/joint/j/cmd_force"),
     ],
 )
 def test_the_topic_of_a_motor_is_gzs(tmp_path: Path, name: str, tag: str, topic: str) -> None:
