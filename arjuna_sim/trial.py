@@ -67,7 +67,7 @@ class Trial:
                 yield f"leans by {lean:.0f} degrees as it {when}: {reason}"
 
     def _lagging(self, robot: RobotModel) -> Iterator[str]:
-        holds = "what it stands on besides its driven wheels holds it"
+        holds = "what it stands on besides its driven wheels holds it, or these slip"
         if self._ahead < _SHARE:
             yield f"drives {100.0 * self._ahead:.0f} % of the way commanded: {holds}"
         elif robot.drive.kind is DriveKind.SIDES:

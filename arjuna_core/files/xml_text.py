@@ -20,6 +20,8 @@ _PREFIX = re.compile(rb"[<\s/]([A-Za-z_][\w.-]*):[A-Za-z_]")
 _DECLARED = re.compile(rb"xmlns:([A-Za-z_][\w.-]*)\s*=")
 _OPEN = re.compile(rb"(<\?xml[^?>]*)>")
 _ROOT = re.compile(rb"<[A-Za-z_][\w.-]*")
+_TEMPLATES = {b"<": "ERB", b"{": "Jinja", b"@": "EmPy"}
+_TEMPLATE = re.compile(rb"<%|\{%|@\[(for|if)\b")
 _PAGE = re.compile(rb"\s*<(!doctype\s+)?html\b", re.IGNORECASE)
 _CUT_OFF = (
     errors.codes[errors.XML_ERROR_NO_ELEMENTS],
@@ -70,6 +72,9 @@ def parse_xml(
         raise error(path, "is empty; valid: XML")
     if _PAGE.match(text):
         raise error(path, "is a web page that was saved in its place; download the file itself")
+    if _TEMPLATE.search(text) and (mark := _TEMPLATE.search(without_comments(text))):
+        tool, line = _TEMPLATES[mark[0][:1]], text.count(b"\n", 0, text.find(mark[0])) + 1
+        raise error(path, f"is a template: load what {tool} makes of it", f"line {line}")
     try:
         try:
             return _parse(text)

@@ -86,6 +86,7 @@ class Hinge:
         stiffness: Of a spring, 0 for none [N m/rad or N/m].
         spring_at: Position at which that is at rest [rad or m].
         further: A second axis through the anchor, which the first turns, of a universal joint.
+        runs: Whether it is a belt, which runs on the spot and which nothing else moves.
     """
 
     slides: bool
@@ -97,6 +98,7 @@ class Hinge:
     stiffness: float = 0.0
     spring_at: float = 0.0
     further: Hinge | None = None
+    runs: bool = False
 
 
 @dataclass(frozen=True)

@@ -213,6 +213,7 @@ class Motor(NamedTuple):
         start: The command at the start [rad or m, rad/s or m/s, N m or N].
         gains: Of a position, where the file gives them; else they are derived from what it moves.
         most: Its greatest effort, 0 for one by what it moves [N m or N].
+        belt: Of a belt the least and the greatest speed; None for what is no belt [m/s].
     """
 
     topic: str
@@ -220,6 +221,7 @@ class Motor(NamedTuple):
     start: float = 0.0
     gains: Gains | None = None
     most: float = 0.0
+    belt: tuple[float, float] | None = None
 
 
 class Follower(NamedTuple):

@@ -17,6 +17,7 @@ from arjuna_sim.model.geometry.shapes import Group
 from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.model.world import Fixture
 from arjuna_sim.physics.geoms import add_part
+from arjuna_sim.physics.robot_body import FAST
 
 
 def add_entity(spec: Any, entity: Entity) -> int:
@@ -50,8 +51,9 @@ def add_entity(spec: Any, entity: Entity) -> int:
         else:
             _add_hinge(body, entity.body, entity.hinge)
         body.gravcomp = float(entity.floats)
-        for geom in geoms:  # it meets the world and its like, as robots do
-            geom.conaffinity = geom.contype
+        if entity.hinge is None or not entity.hinge.runs:  # a belt stands, as the world does
+            for geom in geoms:  # it meets the world and its like, as robots do
+                geom.conaffinity = geom.contype
     return len(geoms)
 
 
@@ -97,7 +99,7 @@ def _add_hinge(body: Any, name: str, hinge: Hinge) -> None:
     inertia = body.mass * arm**2 + (0.0 if hinge.slides else max(body.inertia))
     # [N m s/rad] A door that was pushed comes to rest; what is light does so within 10 s.
     joint.damping[0] = max(hinge.damping, min(0.1, 0.1 * inertia))
-    joint.frictionloss = hinge.friction
+    joint.frictionloss, joint.armature = hinge.friction, FAST * hinge.runs
     joint.stiffness[0], joint.springref = hinge.stiffness, hinge.spring_at
     if hinge.limits is not None:
         joint.limited, joint.range = True, hinge.limits

@@ -24,10 +24,14 @@ class Motors:
 
     Args:
         found: By the name of what swings.
+
+    Attributes:
+        belts: Those that are belts.
     """
 
     def __init__(self, found: Mapping[str, Motor]) -> None:
         self._motors = dict(found)
+        self.belts = {name for name, motor in found.items() if motor.belt is not None}
         self.rewind()
 
     def rewind(self) -> None:
@@ -40,6 +44,13 @@ class Motors:
         """Command one until the next command [rad or m, rad/s or m/s, N m or N]."""
         if math.isfinite(value):
             self._wanted[name] = value
+
+    def run_belts(self, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
+        """Put belts whose positions and rates `handles` has back, at their speeds."""
+        for name in self.belts & handles.keys():
+            _, at, rate = handles[name]
+            least, most = self._motors[name].belt or (0.0, 0.0)
+            data.qpos[at], data.qvel[rate] = 0.0, min(max(self._wanted[name], least), most)
 
     def drive(self, scene: Scene, data: Any, elapsed: float) -> None:
         """Command those of a scene for a time [s]."""
@@ -96,7 +107,7 @@ class Movers:
 
     def __bool__(self) -> bool:
         """Return whether there are any."""
-        return bool(self._starts or self._followers)
+        return bool(self._starts or self._followers or self.motors.belts)
 
     def rewind(self) -> None:
         """Take the commands and the waypoints of the start again."""
@@ -117,6 +128,7 @@ class Movers:
 
     def push(self, model: Any, data: Any, handles: Mapping[str, tuple[int, int, int]]) -> None:
         """Push those whose bodies' positions and rates `handles` has."""
+        self.motors.run_belts(data, handles)
         for name in self._followers.keys() & handles.keys():
             self._follow(name, model, data, handles[name])
         for name in self._starts.keys() & handles.keys():

@@ -118,7 +118,8 @@ def build_scene(
     _set_scale(model)
     set_reach(model, world.look)
     turned = _turned(world, entities)
-    hinged = [int(model.joint(each.joint).bodyid[0]) for each in turned.values()]
+    driven = (each for each in entities if each.hinge and each.name in world.motors)
+    hinged = [int(model.joint(each.body).bodyid[0]) for each in driven]
     let_sleep(model, [*(_root(model, robot) for robot in robots.values()), *hinged])
     motors = tune_joint_servos(model, list(turned.values()), servo), tuple(turned)
     return _scene(model, _tuned(model, robots, servo, timestep), models, owners, motors)
@@ -129,7 +130,7 @@ def _turned(world: World, entities: tuple[Entity, ...]) -> dict[str, Motored]:
     return {
         each.name: Motored(each.body, motor.gains, motor.most)
         for each in entities
-        if each.hinge and (motor := world.motors.get(each.name))
+        if each.hinge and not each.hinge.runs and (motor := world.motors.get(each.name))
     }
 
 

@@ -488,6 +488,7 @@ def tricycle(classic: bool = False) -> Robot:
         joints += "<actuated_wheel_joint>front_wheel_joint</actuated_wheel_joint>"
         joints += "<actuated_wheel_diameter>0.12</actuated_wheel_diameter>"
         joints += "<encoder_wheel_left_joint>left_wheel_joint</encoder_wheel_left_joint>"
+        joints += "<wheel_separation>0.26</wheel_separation>"
         return Robot(wheels, plugin("libgazebo_ros_tricycle_drive.so", joints))
     tag, files = control(
         "tricycle_controller:\n  ros__parameters:\n    traction_joint_name: front_wheel_joint\n"

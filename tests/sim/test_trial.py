@@ -60,7 +60,8 @@ def test_what_rubs_holds_a_robot_as_it_drives() -> None:
     rubbing = Chassis(axles=1, casters=2, friction=0.2, rubs=2.0)
     (told,) = Trial(rubbing.robot(), EMPTY).lags
     assert told.endswith(
-        " % of the way commanded: what it stands on besides its driven wheels holds it"
+        " % of the way commanded: what it stands on besides its driven wheels holds it,"
+        " or these slip"
     )
     raised = dataclasses.replace(rubbing, rubs=0.0, friction=1.0)
     assert Trial(raised.robot(), EMPTY).lags == ()

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 from xml.etree.ElementTree import Element, SubElement  # nothing is parsed here
@@ -102,18 +102,25 @@ def _contents(
     """Yield the files of a plugin's controllers and their sections; broken ones are noted."""
     for path in _files(xml, plugin):
         try:
-            sections = _sections(read_yaml(path, RobotError))
-            yield path, [(name, _in_model(values, plugin)) for name, values in sections]
+            sections = list(_sections(read_yaml(path, RobotError)))
+            types = ((_own(name), str(values.get("type"))) for name, values in sections)
+            chained = {name for name, kind in types if name and kind.endswith("PidController")}
+            yield path, [(name, _in_model(values, plugin, chained)) for name, values in sections]
         except InputFileError as error:
             xml.note(f"controllers of '{path.name}' are left out: {error.problem}", NoteKind.BROKEN)
 
 
-def _in_model(values: Any, plugin: Element) -> Any:
-    """Return parameters with the paths of joints of the nested model that the plugin is of."""
+def _in_model(values: Any, plugin: Element, chained: Collection[str]) -> Any:
+    """Return parameters with the paths of joints of the nested model that the plugin is of.
+
+    A joint that a drive turns through a `chained` controller, as `pid/wheel`, is named by itself.
+    """
     if isinstance(values, dict):
-        return {key: _in_model(value, plugin) for key, value in values.items()}
+        return {key: _in_model(value, plugin, chained) for key, value in values.items()}
     if isinstance(values, list):
-        return [_in_model(value, plugin) for value in values]
+        return [_in_model(value, plugin, chained) for value in values]
+    if isinstance(values, str) and (parts := values.partition("/"))[0] in chained:
+        values = parts[2] or values
     is_own = isinstance(values, str) and values in plugin.get(OWN, "").split("\n")
     return f"{plugin.get(PATH, '')}{values}" if is_own and values else values
 

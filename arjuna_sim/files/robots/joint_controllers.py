@@ -235,6 +235,9 @@ def _of_parameters(
     )
     if kind is ControllerKind.OTHER:
         claims = tuple(wheels_of_controller(values))
+        if type_.endswith("PidController"):
+            text = "is not simulated; wheels that a drive turns through it follow at once"
+            xml.note(f"controller '{name}': {type_} {text}", NoteKind.IGNORED)
         return ControllerSettings(name, type_, kind, claims=claims)
     if type_.startswith(tuple(f"{command}_controllers" for command in COMMANDS)):
         command = type_.partition("_")[0]

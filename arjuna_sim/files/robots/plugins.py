@@ -397,7 +397,7 @@ def _kinematics(
     track = value(xml, plugin, label, 0.0, "effectivetrackwidth")
     rolling = value(xml, plugin, label, 0.0, "effectivewheelradius")
     for name, said, seen in (
-        ("wheel_separation", separation, by_shape[0]),
+        ("wheel_separation", separation, by_shape[0] if right else 0.0),
         ("wheel radius", radius, by_shape[1]),
     ):
         # From 5 % on the file and the wheels' shapes contradict each other.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
@@ -116,6 +117,17 @@ def rigid_groups(
         names = ", ".join(dict.fromkeys(j.name for j, _, _ in stiff))
         xml.note(f"{label}: its links hold together as one body at {names}")
     return _groups_of(xml, label, links, bodies)
+
+
+def with_belts(groups: list[RigidGroup], belts: Mapping[str, Hinge]) -> list[RigidGroup]:
+    """Return groups with each belt apart from what stands fast, behind all that does not run."""
+    kept, running = list[RigidGroup](), list[RigidGroup]()
+    for group in groups:
+        own = [link for link in group.links if group.fast and link.name in belts]
+        running += [RigidGroup([one], False, belts[one.name], None, one.name) for one in own]
+        rest = [link for link in group.links if link not in own]
+        kept += [dataclasses.replace(group, links=rest)] if rest else []
+    return kept + running
 
 
 def _groups_of(

@@ -17,12 +17,14 @@ from arjuna_sim.files.robots.plugins import drive_kind, is_control, types_of
 from arjuna_sim.files.robots.rules import limit_of
 from arjuna_sim.files.sdf.frames import Scope
 from arjuna_sim.files.sdf.includes import Includes, leaving_out
-from arjuna_sim.files.sdf.model_tags import SWINGING, SdfJoint, is_static, own_pose
+from arjuna_sim.files.sdf.model_tags import SWINGING, SdfJoint, SdfLink, is_static, own_pose
 from arjuna_sim.files.sdf.world_state import moved_models
-from arjuna_sim.files.tag_text import is_true, topic
+from arjuna_sim.files.tag_text import is_true, text_of, topic
 from arjuna_sim.files.xml_file import XmlFile
 from arjuna_sim.model.joints import VELOCITY, ControllerKind, DrivenJoint
+from arjuna_sim.model.notes import NoteKind
 from arjuna_sim.model.settings import DriveKind
+from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.model.world import Follower, Motor, Mover
 
 _CIRCLE = 8  # waypoints around a circle, as gz-sim has
@@ -151,6 +153,39 @@ def read_motors(
             controller.topic, controller.command, start, joint.gains, most
         )
     return motors
+
+
+def read_belt(
+    xml: XmlFile, plugin: Element, model: str, links: Sequence[SdfLink]
+) -> dict[str, tuple[Hinge, Motor]]:
+    """Return the belt of a world's model that stands fast, by its link; {} for another plugin.
+
+    What lies on it moves along its x axis, which `<track_orientation>` turns.
+
+    Source: gz-sim's TrackController.
+
+    Raises:
+        InputFileError: A value is no number.
+    """
+    name = text_of(plugin, "link")
+    if "trackcontroller" not in types_of(plugin) or not any(
+        link.name == name and link.static and link.solid for link in links
+    ):
+        return {}
+    label = f"plugin of model '{model}'"
+    rpy = xml.numbers(text_of(plugin, "trackorientation") or "0 0 0", 3, f"{label} orientation")
+    x, y, z = Pose3.from_rpy((0.0, 0.0, 0.0), rpy).rotation()[:, 0].tolist()
+    least, most = (
+        xml.limit(text_of(plugin, tag) or None, default, f"{label} <{tag}>")
+        for tag, default in (("minvelocity", -math.inf), ("maxvelocity", math.inf))
+    )
+    for tag in ("max_acceleration", "min_acceleration", "max_jerk", "min_jerk", "max_command_age"):
+        if plugin.findtext(tag):
+            xml.note(f"{label} <{tag}>: not simulated", NoteKind.IGNORED)
+    commands = topic(plugin, f"/model/{model}/link/{name}/track_cmd_vel", "", "velocitytopic")
+    return {
+        name: (Hinge(True, (x, y, z), runs=True), Motor(commands, VELOCITY, belt=(least, most)))
+    }
 
 
 def driven_joints(model: Element, names: Collection[str], is_robot: bool) -> set[str]:

@@ -6,6 +6,7 @@ import dataclasses
 import itertools
 import math
 from collections.abc import Collection, Sequence
+from typing import Any
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
 from arjuna_core.errors import WorldError
@@ -26,11 +27,12 @@ from arjuna_sim.files.sdf.model_tags import (
     parts_of,
     read_joint,
 )
-from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups
+from arjuna_sim.files.sdf.rigid_groups import RigidGroup, rigid_groups, with_belts
 from arjuna_sim.files.sdf.robots_in_world import (
     driven_joints,
     is_mover,
     models_by_name,
+    read_belt,
     read_follower,
     read_motors,
     read_mover,
@@ -44,6 +46,7 @@ from arjuna_sim.model.geometry.convex_pieces import PIECES_MAX, PIECES_OF_MOVING
 from arjuna_sim.model.geometry.shapes import MASS_MAX, Kind, Part, estimated_inertial
 from arjuna_sim.model.look import Light
 from arjuna_sim.model.notes import NoteKind
+from arjuna_sim.model.urdf import Hinge
 from arjuna_sim.model.world import (
     GROUND,
     Actor,
@@ -327,13 +330,20 @@ class _Reader:
         joints += self._held.pop(name, [])
         names: list[str] = []
         is_robot = any(model is each for each in self.known)
-        motors = {} if is_robot else self._motors(model, name, joints)
+        motors: dict[str, Motor] = {}
+        belts: dict[str, tuple[Hinge, Motor]] = {}
+        if not is_robot:
+            motors = self._by_plugins(model, name, read_motors, joints)
+            belts = self._by_plugins(model, name, read_belt, links)
+        motors |= {link: motor for link, (_, motor) in belts.items()}
         driven = driven_joints(model, [joint.name for joint in joints], is_robot) - motors.keys()
-        for group in rigid_groups(xml, f"model '{name}'", links, joints, driven):
+        groups = rigid_groups(xml, f"model '{name}'", links, joints, driven)
+        for group in with_belts(groups, {link: hinge for link, (hinge, _) in belts.items()}):
             solid = any(link.solid for link in group.links)
             moves = solid and not group.fast
             called = name
-            if (moves and name in self.movable) or group.hinge is not None:
+            is_whole = group.joint in belts and not names
+            if (moves and name in self.movable) or (group.hinge is not None and not is_whole):
                 called = self._free_name(f"{name}::{group.links[0].name}")
             names.append(called)
             if moves:
@@ -366,12 +376,12 @@ class _Reader:
                 self.followers[name] = follower
                 self.known.append(model)
 
-    def _motors(self, model: Element, name: str, joints: list[SdfJoint]) -> dict[str, Motor]:
-        """Return what plugins turn the joints of a model with one axis each, by their names."""
-        found = dict[str, Motor]()
+    def _by_plugins(self, model: Element, name: str, read: Any, parts: Sequence[Any]) -> Any:
+        """Return by name all that `read` finds in plugins of a model about links or joints."""
+        found: dict[str, Any] = {}
         for plugin in model.iter("plugin"):
             with leaving_out(self._xml, f"plugin of model '{name}'"):
-                if mine := read_motors(self._xml, plugin, name, joints):
+                if mine := read(self._xml, plugin, name, parts):
                     found |= mine
                     self.known.append(plugin)
         return found

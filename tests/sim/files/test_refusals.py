@@ -152,6 +152,15 @@ REFUSED: dict[str, tuple[str, str]] = {
         "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 1234\n",
         "is a pointer of Git LFS; 'git lfs pull' .* fetches the file",
     ),
+    "w.world.erb": (
+        world("\n<% 3.times do |i| %><% end %>"),
+        "line .*: is a template: load what ERB makes",
+    ),
+    "w.sdf.jinja": (
+        world("{%- for i in range(3) %}{% endfor %}"),
+        "is a template: load what Jinja makes",
+    ),
+    "w.world.em": (world("@[for i in range(3)]@[end for]"), "is a template: load what EmPy makes"),
     "cut_off.world": (world("")[:-4], "is broken XML: .* it ends too early"),
     "light.sdf": ("<sdf version='1.9'><light name='s'/></sdf>", "must hold a <world>, a <model>"),
 }

@@ -217,9 +217,68 @@ def test_a_motor_is_as_strong_as_its_joint_says(tmp_path: Path) -> None:
         ("joint-position-controller", "", "/model/door/joint/j/_0/cmd_pos"),
         ("joint-position-controller", "<sub_topic>go</sub_topic>", "/model/door/go"),
         ("joint-controller", "", "/model/door/joint/j/cmd_vel"),
-        ("apply-joint-force", "<topic>/push</topic>", "/push"),
+        ("apply-joint-force", "<topic>/push</topic>", "/model/door/joint/j/cmd_force"),
     ],
 )
 def test_the_topic_of_a_motor_is_gzs(tmp_path: Path, name: str, tag: str, topic: str) -> None:
     world = load_world(_door(tmp_path, _JOINT.format(name, tag)))
     assert world.motors["door::leaf"].topic == topic
+
+
+_BELT = (
+    "<model name='belt'><static>1</static><link name='b'><pose>3 0 0.3 0 0 {1}</pose><collision"
+    " name='c'><geometry><box><size>3 1 0.1</size></box></geometry></collision></link>"
+    "<link name='legs'><pose>3 0 0.15 0 0 0</pose><collision name='c'><geometry><box>"
+    "<size>0.5 0.5 0.29</size></box></geometry></collision></link>"
+    "<plugin filename='gz-sim-track-controller-system' name='gz::sim::systems::TrackController'>"
+    "<link>b</link>{0}</plugin></model><model name='mover'><pose>3 0 0.45 0 0 0</pose>"
+    "<link name='l'><collision name='c'><geometry><box><size>0.2 0.2 0.2</size></box></geometry>"
+    "</collision></link></model>"
+)
+
+
+def _belt(folder: Path, inside: str = "", yaw: float = 0.0) -> Path:
+    ground = "<include><uri>model://ground_plane</uri></include>"
+    return saved_world(folder, ground + _BELT.format(inside, yaw))
+
+
+@pytest.mark.parametrize(
+    ("inside", "yaw", "value", "wanted"),
+    [
+        ("", 0.0, 0.2, (3.4, 0.0)),
+        ("", 0.0, -0.2, (2.6, 0.0)),
+        ("", math.pi / 2, 0.2, (3.0, 0.4)),
+        ("<track_orientation>0 0 1.5707963</track_orientation>", 0.0, 0.2, (3.0, 0.4)),
+        ("<max_velocity>0.1</max_velocity>", 0.0, 0.2, (3.2, 0.0)),
+        ("<min_velocity>-0.1</min_velocity>", 0.0, -0.2, (2.8, 0.0)),
+    ],
+)
+def test_a_belt_carries_what_lies_on_it_and_stays(
+    tmp_path: Path, inside: str, yaw: float, value: float, wanted: tuple[float, float]
+) -> None:
+    path = _belt(tmp_path, inside, yaw)
+    assert texts(load_world(path).notes) == ()
+    sim = simulator(path)
+    for _ in range(2):  # and again after a reset
+        run(sim, 1.5)
+        assert (_pose(sim).x, _pose(sim).y) == pytest.approx((3.0, 0.0), abs=0.005)
+        sim.stage.movers.motors.command("belt::b", value)
+        run(sim, 2.0)
+        assert (_pose(sim).x, _pose(sim).y) == pytest.approx(wanted, abs=0.03)
+        belt = sim.stage.motion("belt::b").pose.position
+        assert belt == pytest.approx((3.0, 0.0, 0.3), abs=0.002)
+        sim.reset()
+
+
+def test_a_belt_has_gzs_topic_or_its_files_and_its_models_name_where_it_is_all_of_it(
+    tmp_path: Path,
+) -> None:
+    path = _belt(tmp_path, "<max_jerk>1</max_jerk>")
+    world = load_world(path)
+    assert world.motors["belt::b"].topic == "/model/belt/link/b/track_cmd_vel"
+    assert any("<max_jerk>: not simulated" in text for text in texts(world.notes))
+    whole, legs = path.read_text(), path.read_text().index("<link name='legs'>")
+    end = whole.index("<plugin", legs)
+    bare = whole[:legs] + whole[end:].replace("<link>b</link>", "<link>b</link>{}", 1)
+    path.write_text(bare.format("<velocity_topic>/go</velocity_topic>"))
+    assert load_world(path).motors["belt"].topic == "/go"

@@ -71,6 +71,25 @@ def test_limits_and_timeouts_in_every_form(tmp_path: Path, form: str, dotted: bo
     assert drive.command_topic == ("/ns/name/cmd_vel" if form == "/ns/name" else "/name/cmd_vel")
 
 
+def test_wheels_that_are_driven_through_a_pid_controller_are_the_drives(tmp_path: Path) -> None:
+    pids = {f"{side}_pid": {"type": "pid_controller/PidController"} for side in ("left", "right")}
+    chained = {
+        key: [f"{key[: key.index('_')]}_pid/{name}" for name in names]
+        for key, names in _JOINTS.items()
+    }
+    content = _file("name", {**chained, "wheel_radius": 0.06}, dotted=False)
+    content["controller_manager"]["ros__parameters"] |= pids
+    drive = _drive(tmp_path, content)
+    assert drive.rolling == tuple(name for names in _JOINTS.values() for name in names)
+    notes = texts(load_robot(tmp_path / "made.urdf", SearchPath()).notes)
+    assert len([text for text in notes if "PidController is not simulated; wheels" in text]) == 2
+
+
+def test_the_separation_of_wheels_that_roll_along_contradicts_nothing(tmp_path: Path) -> None:
+    robot = load_robot(tricycle(classic=True).write(tmp_path, "t.urdf"), SearchPath())
+    assert not [text for text in texts(robot.notes) if "wheel_separation" in text]
+
+
 @pytest.mark.parametrize(
     ("node", "tags", "topic"),
     [
