@@ -44,7 +44,7 @@ class SensorTag:
         """Leave out Gazebo's systems."""
         systems = [plugin for plugin in self.element.findall("plugin") if is_system(plugin)]
         if systems:
-            object.__setattr__(self, "element", _without(self.element, systems))
+            object.__setattr__(self, "element", without(self.element, systems))
 
     @property
     def name(self) -> str:
@@ -87,7 +87,7 @@ class SensorTag:
     def with_plugin(self, plugin: Element) -> SensorTag:
         """Return the tag with one of its plugins alone."""
         others = [other for other in self.element.findall("plugin") if other is not plugin]
-        return dataclasses.replace(self, element=_without(self.element, others))
+        return dataclasses.replace(self, element=without(self.element, others))
 
     def mount(self, rate: float, topic_name: str) -> dict[str, Any]:
         """Return the settings that all sensors have, as keywords.
@@ -203,7 +203,7 @@ def is_system(plugin: Element) -> bool:
     return _SYSTEM.match(plugin.get("name", "")) is not None
 
 
-def _without(element: Element, children: list[Element]) -> Element:
+def without(element: Element, children: list[Element]) -> Element:
     """Return a copy of an element that lacks some of its children."""
     rest = copy.copy(element)
     for child in children:

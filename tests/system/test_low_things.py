@@ -35,7 +35,7 @@ OTHER = {
     '<sensor name="camera" type="camera">': '<sensor name="camera" type="depth">',
     "<width>640</width>": "<width>160</width>",
     "<height>480</height>": "<height>120</height>",
-    "<cameraName>camera<": "<cameraName>eye<",
+    "<camera_name>camera<": "<camera_name>eye<",
     'xyz="0 0 0.08"': 'xyz="0 0 0"',
 }
 """A robot with a depth camera of its own topics, whose root is at its wheels' height."""

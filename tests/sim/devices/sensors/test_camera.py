@@ -216,6 +216,16 @@ def test_plugins_join_the_camera_and_its_picture(
     assert topics(read(inside, depth)) == given
 
 
+def test_names_of_ros_1_do_not_count_in_a_file_of_ros_2() -> None:
+    """As in gazebo_ros, which then names the camera as its sensor."""
+    old = "<cameraName>robot/head</cameraName><frameName>lens</frameName>" + IMAGE.format("rgb")
+    found, _ = read_with_notes(plugin(old))
+    assert (found.topic, found.frame) == ("robot/head/rgb", "lens")
+    found, notes = read_with_notes(plugin(old + REMAPPED.format(SPACE)))
+    assert (found.topic, found.frame) == ("/r1/eye/image_raw", "head")
+    assert "<cameraName>, <frameName>, <imageTopicName>: of ROS 1, not read by" in notes[0]
+
+
 @pytest.mark.parametrize(
     ("kind", "depth", "given"),
     [
