@@ -149,15 +149,15 @@ def _by_file(node: Any, topic: Bridged) -> Bridged | None:
     named = _OF_MODEL.fullmatch(topic.gz)
     if named is None:
         return None
-    rest = re.escape(named["topic"])
+    rest = f"/model/[^/]+/{re.escape(named['topic'])}"
     others = [name for name, _ in node.get_topic_names_and_types() if name != topic.gz]
-    for space in (f"/{named['model']}", ""):
-        for name in others:
-            if re.fullmatch(f"{space}/model/[^/]+/{rest}", name) and _is_there(
-                node, name, topic.direction
-            ):
-                return topic._replace(gz=name)
-    return None
+    found = (
+        name
+        for own in (f"/{named['model']}{rest}", rest)  # below its namespace, where it has one
+        for name in others
+        if re.fullmatch(own, name) and _is_there(node, name, topic.direction)
+    )
+    return next((topic._replace(gz=name) for name in found), None)
 
 
 def marks(topics: list[Bridged]) -> list[str]:
