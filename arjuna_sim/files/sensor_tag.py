@@ -20,6 +20,12 @@ RATE_MAX = 1000.0
 """Greatest rate of a sensor [Hz]."""
 _PACE = ("updaterate", "updateratehz")  # tags of plugins in a sensor
 
+_OUT = re.compile(r".*gazebo_ros_(ray|imu|gps)_sensor\.so")  # plug-ins of ROS 2: on ~/out
+_OF_ROS_1 = {
+    *("cameraName", "imageTopicName", "cameraInfoTopicName", "frameName", "pointCloudTopicName"),
+    *("depthImageTopicName", "depthImageCameraInfoTopicName", "topicName"),
+}
+"""Names of topics and frames that plug-ins of ROS 1 read, those of ROS 2 not (gazebo_ros)."""
 _SYSTEM = re.compile(r"^(ignition::gazebo|gz::sim)::systems::")
 
 
@@ -41,10 +47,18 @@ class SensorTag:
     pose: Pose3 | None = None
 
     def __post_init__(self) -> None:
-        """Leave out Gazebo's systems."""
+        """Leave out Gazebo's systems, and names of ROS 1 where a plug-in is ROS 2's."""
         systems = [plugin for plugin in self.element.findall("plugin") if is_system(plugin)]
         if systems:
             object.__setattr__(self, "element", without(self.element, systems))
+        for plugin in self.element.findall("plugin"):
+            old = [child for child in plugin if child.tag in _OF_ROS_1]
+            if old and _is_of_ros_2(plugin, self.xml.root):
+                names = ", ".join(f"<{child.tag}>" for child in old)
+                self.note(f"{names}: of ROS 1, not read by the plug-in of ROS 2")
+                rest = without(self.element, [plugin])
+                rest.append(without(plugin, old))
+                object.__setattr__(self, "element", rest)
 
     @property
     def name(self) -> str:
@@ -101,6 +115,9 @@ class SensorTag:
         if lens is not None:
             pose = pose @ raw_pose(self.xml, lens, self.label)
         tags = ("topicname", "topic", "rostopic")
+        for plugin in self.element.findall("plugin"):
+            if plugin.get("name") and _OUT.fullmatch(plugin.get("filename", "")):
+                topic_name = f"{plugin.get('name')}/out"
         return {
             "link": self.link,
             "frame": self.frame,
@@ -201,6 +218,13 @@ class SensorTag:
 def is_system(plugin: Element) -> bool:
     """Return whether a plugin is a system of Gazebo Sim's, by its class."""
     return _SYSTEM.match(plugin.get("name", "")) is not None
+
+
+def _is_of_ros_2(plugin: Element, root: Element) -> bool:
+    """Return whether a plugin is of ROS 2: by its file or, where both have one, by others' tags."""
+    name = plugin.get("filename", "")
+    both = name.endswith("gazebo_ros_camera.so") and root.find(".//plugin/ros") is not None
+    return both or _OUT.fullmatch(name) is not None
 
 
 def without(element: Element, children: list[Element]) -> Element:

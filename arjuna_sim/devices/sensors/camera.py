@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any, ClassVar
 from xml.etree.ElementTree import Element  # types only; parsing is defusedxml's
 
-from arjuna_sim.files.sensor_tag import SensorTag, without
+from arjuna_sim.files.sensor_tag import SensorTag
 from arjuna_sim.files.tag_text import is_true, plain, remappings, text_of, value
 from arjuna_sim.model.look import PIXELS_MAX
 from arjuna_sim.model.settings import SensorSettings, chooses, reads
@@ -21,11 +21,6 @@ _ENCODINGS = {
     **dict.fromkeys(("L8", "L_INT8"), "mono8"),
 }
 """SDF's formats of colours, by ROS's names of them."""
-_OF_ROS_1 = {
-    *("cameraName", "imageTopicName", "cameraInfoTopicName", "frameName", "pointCloudTopicName"),
-    *("depthImageTopicName", "depthImageCameraInfoTopicName"),
-}
-"""Names that the camera plug-in of ROS 1 reads, and that of ROS 2 does not (gazebo_ros_camera)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,22 +94,7 @@ def first_camera(sensors: Sequence[SensorSettings], urdf: Urdf) -> CameraSetting
     return next((s for s in cameras if not s.depth), next(iter(cameras), None))
 
 
-def _of_its_ros(tag: SensorTag) -> SensorTag:
-    """Return a tag without ROS 1's names in a file of ROS 2, whose plug-in does not read them."""
-    plugin = tag.element.find("plugin")
-    old = [] if plugin is None else [child for child in plugin if child.tag in _OF_ROS_1]
-    if plugin is None or not old or tag.xml.root.find(".//plugin/ros") is None:
-        return tag
-    names = ", ".join(f"<{child.tag}>" for child in old)
-    tag.note(f"{names}: of ROS 1, not read by the plug-in of ROS 2; its <camera_name> is")
-    own = without(plugin, old)
-    rest = without(tag.element, [plugin])
-    rest.append(own)
-    return replace(tag, element=rest)
-
-
 def _camera(tag: SensorTag, depth: bool) -> CameraSettings:
-    tag = _of_its_ros(tag)
     xml, label, lens = tag.xml, tag.label, tag.element.find("camera")
     _note_unread(tag)
     frame = tag.text("opticalframeid", default=tag.frame).lstrip("/")

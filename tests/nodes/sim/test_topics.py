@@ -38,7 +38,7 @@ RENAMED = (
     ("<odometryTopic>odom<", "<odometryTopic>wheels/odom<"),
     ("<odometryFrame>odom<", "<odometryFrame>wheel_odom<"),
     ("<topicName>scan<", "<topicName>front/scan<"),
-    ("<topicName>imu/data<", "<topicName>imu/raw<"),
+    ("out:=imu/data<", "out:=imu/raw<"),
 )
 
 

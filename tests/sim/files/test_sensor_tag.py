@@ -43,6 +43,22 @@ def test_what_no_tag_says_is_as_in_gazebo(kind: str) -> None:
     assert read(kind, name="").name == "t"
 
 
+@pytest.mark.parametrize("kind", ["imu", "navsat", "ray"])
+def test_plugins_of_ros_2_publish_on_out_and_read_no_names_of_ros_1(kind: str) -> None:
+    """As in gazebo_ros; a remapping of it counts."""
+    file = {"imu": "imu", "navsat": "gps", "ray": "ray"}[kind]
+    plugin = f"<plugin name='p' filename='libgazebo_ros_{file}_sensor.so'>{{}}</plugin>"
+    beams = "<ray><scan><horizontal><samples>90</samples></horizontal></scan></ray>" * (
+        kind == "ray"
+    )
+    old = "<topicName>old</topicName><frameName>lens</frameName>"
+    found = read(kind, beams + plugin.format(old))
+    assert (found.topic, found.frame) == ("p/out", "head")
+    remap = "<ros><remapping>~/out:=new</remapping></ros><frame_name>lens</frame_name>"
+    found = read(kind, beams + plugin.format(old + remap))
+    assert (found.topic, found.frame) == ("new", "lens")
+
+
 @pytest.mark.parametrize("kind", DEFAULTS)
 def test_tags_say_rate_topic_frame_and_pose(kind: str) -> None:
     point = "<pose>1 2 3 0 0 0.5</pose><camera><pose>1 0 0 0 0 0</pose></camera>"
