@@ -394,6 +394,7 @@ def _kinematics(
         raise xml.fail(label, "the wheels' radius is unknown; <wheel_diameter> gives it")
     if not separation > 0.0:
         raise xml.fail(label, "the wheels' separation is unknown; <wheel_separation> gives it")
+    _note_defaults(xml, plugin, label, by_shape)
     track = value(xml, plugin, label, 0.0, "effectivetrackwidth")
     rolling = value(xml, plugin, label, 0.0, "effectivewheelradius")
     for name, said, seen in (
@@ -411,6 +412,24 @@ def _kinematics(
         track or (right and effective_track(urdf, left, right)) or separation,
         rolling or by_shape[1] or radius,
     )
+
+
+def _note_defaults(
+    xml: XmlFile, plugin: Element, label: str, by_shape: tuple[float, float]
+) -> None:
+    """Note numbers that gz-sim's drives assume, as their tags lack, and that the wheels contradict.
+
+    Source: gz-sim 8's DiffDrive, MecanumDrive and AckermannSteering.
+    """
+    if not re.match(r"(lib)?(gz|ignition)-", plugin.get("filename", "")):
+        return
+    defaults = ("wheel_separation", 1.0), ("wheel_radius", 0.2)
+    for (name, assumed), seen in zip(defaults, by_shape, strict=True):
+        if not text_of(plugin, plain(name)) and abs(assumed - seen) > 0.05 * seen > 0.0:
+            xml.note(
+                f"{label}: without <{name}> Gazebo takes {assumed:g}, but the wheels have"
+                f" {seen:g}: it drives by that"
+            )
 
 
 def note_unread(xml: XmlFile, plugin: Element, label: str, read: Collection[str]) -> None:

@@ -251,6 +251,22 @@ def test_what_contradicts_the_wheels_by_a_twentieth_is_noted(tag: str, noted: st
         assert (found.effective_track, found.effective_radius) == pytest.approx((0.5, 0.1))
 
 
+@pytest.mark.parametrize(
+    ("file", "tags", "noted"),
+    [
+        ("gz-sim-diff-drive-system", "<wheel_diameter>0.2</wheel_diameter>", ["1", "0.2"]),
+        ("gz-sim-diff-drive-system", "<wheel_separation>0.5</wheel_separation>", ["0.2"]),
+        ("libignition-gazebo-diff-drive-system.so", "<wheelRadius>0.1</wheelRadius>", ["1"]),
+        ("libgazebo_ros_diff_drive.so", "", []),
+    ],
+)
+def test_what_gazebo_assumes_for_a_tag_that_lacks_is_noted(
+    file: str, tags: str, noted: list[str]
+) -> None:
+    notes = [note for note in read(SIDES + tags, file=file)[1] if "without <wheel_" in note]
+    assert [note.partition("Gazebo takes ")[2].partition(",")[0] for note in notes] == noted
+
+
 def test_what_is_not_simulated_is_noted_once() -> None:
     extra = "<wibble>1</wibble><aaa/><wibble>2</wibble><legacyMode>1</legacyMode>"
     assert read(SIDES + extra)[1] == ("plugin 'p': not simulated: <aaa>, <wibble>",)
